@@ -1,0 +1,63 @@
+"""The few errors that the library raises, all readable by a planner.
+
+Every text names the layer, where one is known the feature, and the way out, so that an
+adapter can show it as it is.
+"""
+
+from __future__ import annotations
+
+
+class PlatwrightError(Exception):
+    """Base of every error that the library raises on purpose."""
+
+
+class InputError(PlatwrightError):
+    """A layer or a parameter cannot be used.
+
+    Parameters
+    ----------
+    problem
+        What is wrong, as a sentence.
+    remedy
+        What to do about it, as a sentence.
+    layer
+        Name of the layer, or None.
+    feature
+        Id of the feature in that layer, or None.
+    """
+
+    def __init__(
+        self,
+        problem: str,
+        remedy: str = "",
+        *,
+        layer: str | None = None,
+        feature: int | str | None = None,
+    ) -> None:
+        where = "" if layer is None else f"Layer '{layer}'"
+        if feature is not None:
+            where += f", feature {feature}" if where else f"Feature {feature}"
+        msg = f"{where}: {problem}" if where else problem
+        if remedy:
+            msg = f"{msg} {remedy}"
+        super().__init__(msg)
+        self.problem = problem
+        self.remedy = remedy
+        self.layer = layer
+        self.feature = feature
+
+
+class MeshError(PlatwrightError):
+    """No candidate mesh could be made of a site."""
+
+
+class InfeasibleError(PlatwrightError):
+    """No design satisfies what was asked; the text names the rules in conflict."""
+
+
+class MissingDependencyError(PlatwrightError):
+    """A Python package that this computation needs is not installed."""
+
+
+class CancelledError(PlatwrightError):
+    """The run was cancelled before anything worth keeping existed."""

@@ -1,0 +1,254 @@
+"""Whole numbers of steps for all boundary pieces, by a small integer program.
+
+The rings close on the lattice, every piece has at least one step, and the squared logarithm
+of cell size over the asked size, summed over the boundary edges and over the cells between
+facing pieces, is as small as can be. The costs are convex in the numbers, so that their
+piecewise linear form needs no binary variables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import Bounds, LinearConstraint, milp
+from scipy.sparse import csr_matrix
+
+from .directions import Labels
+from .facing import Facing
+from .quadmesh import FloatArray, IntArray
+from .rings import Ring
+
+STEP = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
+WEIGHT_FACING = 0.5
+WEIGHT_SHEAR = 0.35
+PENALTY_FACING = 6.0
+PENALTY_STRETCH = 3.0
+PENALTY_CUT = 15.0
+MOST_NODES = 400
+LONGEST = 3.0
+"""Seconds after which a program is given up; the node limit normally ends it long before."""
+
+Expression = dict[int, float]
+
+
+@dataclass(frozen=True)
+class Cut:
+    """A demand that a place of one piece lies beyond a place of another on the lattice.
+
+    `sign` * (coordinate `axis` of piece `other` at fraction `other_at` minus that of piece
+    `piece` at fraction `at`) is at least 1.
+    """
+
+    piece: int
+    at: float
+    other: int
+    other_at: float
+    axis: int
+    sign: int
+
+
+@dataclass(frozen=True, eq=False)
+class LatticeRing:
+    """Lattice points (p, 2) where the pieces of a ring begin and their steps (p,)."""
+
+    corners: IntArray
+    steps: IntArray
+
+
+@dataclass
+class _Program:
+    """Columns and rows of a mixed integer program under construction."""
+
+    low: list[float] = field(default_factory=list)
+    high: list[float] = field(default_factory=list)
+    cost: list[float] = field(default_factory=list)
+    whole: list[int] = field(default_factory=list)
+    rows: list[Expression] = field(default_factory=list)
+    row_low: list[float] = field(default_factory=list)
+    row_high: list[float] = field(default_factory=list)
+
+    def column(self, low: float, high: float, cost: float = 0.0, *, whole: bool = False) -> int:
+        self.low.append(low)
+        self.high.append(high)
+        self.cost.append(cost)
+        self.whole.append(int(whole))
+        return len(self.low) - 1
+
+    def row(self, expression: Expression, low: float, high: float) -> None:
+        self.rows.append(expression)
+        self.row_low.append(low)
+        self.row_high.append(high)
+
+    def at_least(self, expression: Expression, bound: float, penalty: float) -> None:
+        """Ask expression >= bound, at a penalty per unit missing."""
+        slack = self.column(0, np.inf, penalty)
+        self.row({**expression, slack: 1.0}, bound, np.inf)
+
+    def convex(self, expression: Expression, x: FloatArray, y: FloatArray) -> None:
+        """Add the convex piecewise linear cost through the points (x, y) of an expression."""
+        value = self.column(0, np.inf, 1.0)
+        slopes = np.diff(y) / np.diff(x)
+        for a, b, slope in zip(x[:-1], y[:-1], slopes):
+            # value >= b + slope * (expression - a)
+            terms = {k: -slope * v for k, v in expression.items()}
+            terms[value] = 1.0
+            self.row(terms, b - slope * a, np.inf)
+
+    def solve(self) -> tuple[FloatArray, float] | None:
+        """Solve it; None if there is no solution or none was found in time."""
+        counts = [len(r) for r in self.rows]
+        indices = np.fromiter((k for r in self.rows for k in r), dtype=np.int64, count=sum(counts))
+        data = np.fromiter((v for r in self.rows for v in r.values()), float, count=sum(counts))
+        pointer = np.concatenate([[0], np.cumsum(counts)])
+        matrix = csr_matrix((data, indices, pointer), shape=(len(self.rows), len(self.low)))
+        result = milp(
+            np.array(self.cost),
+            constraints=LinearConstraint(matrix, self.row_low, self.row_high),
+            integrality=np.array(self.whole),
+            bounds=Bounds(self.low, self.high),
+            options={"time_limit": LONGEST, "node_limit": MOST_NODES, "mip_rel_gap": 0.02},
+        )
+        return None if result.x is None else (np.asarray(result.x), float(result.fun))
+
+
+def solve_lattice(
+    rings: Sequence[Ring],
+    labels: Sequence[Labels],
+    h: float,
+    facing: Facing,
+    rows_at: Mapping[int, int] | None = None,
+    steps_at: Mapping[int, int] | None = None,
+    cuts: Sequence[Cut] = (),
+) -> tuple[list[LatticeRing], float] | None:
+    """Choose the number of steps of every piece.
+
+    Parameters
+    ----------
+    rings, labels
+        The rings of one part of a site and their pieces.
+    h
+        Edge length, metres.
+    facing
+        Facing pieces.
+    rows_at
+        Extra rows of quads that will be laid along pieces: piece -> count.
+    steps_at
+        Extra steps that a piece gains from rows along its neighbours: piece -> count.
+    cuts
+        Demands that keep the lattice from touching itself.
+
+    Returns
+    -------
+    tuple or None
+        Lattice rings and the cost; None where no whole numbers close the rings.
+    """
+    rows_at, steps_at = rows_at or {}, steps_at or {}
+    program = _Program()
+    directions = np.concatenate([label.direction for label in labels])
+    sizes = [len(label.start) for label in labels]
+    length = np.concatenate(
+        [label.ends(ring) - label.start for ring, label in zip(rings, labels)]
+    ) / h
+    steps = [
+        program.column(1, np.ceil(2.5 * x) + 2, whole=True) for x in length.tolist()
+    ]
+    first = np.concatenate([[0], np.cumsum(sizes)])
+    base = {
+        (r, d): program.column(-200, 200, whole=True)
+        for r in range(1, len(rings))
+        for d in (0, 1)
+    }
+
+    def position(piece: int, fraction: float, axis: int) -> Expression:
+        r = int(np.searchsorted(first, piece, "right")) - 1
+        terms: Expression = {base[r, axis]: 1.0} if r else {}
+        for i in range(int(first[r]), piece + 1):
+            share = float(STEP[directions[i], axis]) * (1.0 if i < piece else fraction)
+            if share:
+                terms[steps[i]] = terms.get(steps[i], 0.0) + share
+        return terms
+
+    for r in range(len(rings)):
+        members = range(int(first[r]), int(first[r + 1]))
+        for d in (0, 1):
+            closing = {steps[i]: float(STEP[directions[i], d]) for i in members}
+            program.row({k: v for k, v in closing.items() if v}, 0, 0)
+    for i, x in enumerate(length.tolist()):
+        extra = steps_at.get(i, 0)
+        grid, cost = _size_cost(x, x)
+        program.convex({steps[i]: 1.0}, grid - extra, cost)
+        program.at_least({steps[i]: 1.0}, 0.6 * x - extra, PENALTY_STRETCH)
+    _add_facing(program, facing, directions, position, rows_at)
+    for cut in cuts:
+        gap = _difference(
+            position(cut.other, cut.other_at, cut.axis), position(cut.piece, cut.at, cut.axis)
+        )
+        scaled = {k: v * cut.sign for k, v in gap.items()}
+        if scaled:
+            program.at_least(scaled, 1.0, PENALTY_CUT)
+    solution = program.solve()
+    if solution is None:
+        return None
+    values = np.round(solution[0]).astype(np.int64)
+    found = []
+    for r in range(len(rings)):
+        members = slice(int(first[r]), int(first[r + 1]))
+        count = values[steps[members]]
+        moves = STEP[directions[members]] * count[:, None]
+        origin = np.array([values[base[r, d]] if r else 0 for d in (0, 1)])
+        corners = origin + np.vstack([[0, 0], np.cumsum(moves, axis=0)[:-1]])
+        found.append(LatticeRing(corners.astype(np.int64), count))
+    return found, solution[1]
+
+
+def _add_facing(
+    program: _Program,
+    facing: Facing,
+    directions: IntArray,
+    position: Callable[[int, float, int], Expression],
+    rows_at: Mapping[int, int],
+) -> None:
+    """Add the costs of cells between facing pieces: their size and their shear."""
+    for pair, at, distance, width in zip(
+        facing.pieces.tolist(),
+        facing.fractions.tolist(),
+        facing.distance.tolist(),
+        facing.width.tolist(),
+    ):
+        inward = STEP[(directions[pair[0]] + 1) % 4]
+        axis = int(np.argmax(np.abs(inward)))
+        gap = _difference(position(pair[1], at[1], axis), position(pair[0], at[0], axis))
+        gap = {k: v * float(inward[axis]) for k, v in gap.items()}
+        extra = rows_at.get(pair[0], 0) + rows_at.get(pair[1], 0)
+        program.at_least(gap, 1.0, PENALTY_FACING)
+        grid, cost = _size_cost(distance, WEIGHT_FACING * width * max(distance, 0.5))
+        program.convex(gap, grid - extra, cost)
+        across = 1 - axis
+        shift = _difference(position(pair[1], at[1], across), position(pair[0], at[0], across))
+        if shift:
+            grid = np.array([-4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0])
+            program.convex(shift, grid, WEIGHT_SHEAR * width / max(distance, 1.0) * grid**2)
+
+
+def _difference(a: Expression, b: Expression) -> Expression:
+    """Return a - b without vanishing terms."""
+    result = dict(a)
+    for k, v in b.items():
+        result[k] = result.get(k, 0.0) - v
+    return {k: v for k, v in result.items() if abs(v) > 1e-9}
+
+
+def _size_cost(target: float, weight: float) -> tuple[FloatArray, FloatArray]:
+    """Return points of weight * ln(x / target)**2 at whole numbers around the target."""
+    middle = max(1, round(target))
+    offsets = np.array([-16, -8, -4, -2, -1, 0, 1, 2, 4, 8])
+    grid = middle + offsets[(middle + offsets >= 1) & (middle + offsets <= max(2.7 * target, 3))]
+    if len(grid) < 2:
+        grid = np.array([middle, middle + 1])
+    value = weight * np.log(grid / max(target, 0.3)) ** 2
+    # beyond e * target the logarithm is no longer convex: go on straight
+    slopes = np.maximum.accumulate(np.diff(value) / np.diff(grid))
+    value = value[0] + np.concatenate([[0.0], np.cumsum(slopes * np.diff(grid))])
+    return grid.astype(float), value

@@ -1,0 +1,193 @@
+"""Smoothing: cells become near squares of the asked size, mesh lines straight.
+
+The energy per corner of a cell is the foldover-free one of Garanzha et al. (2021), "Foldover-
+free maps in 50 lines of code", equations 3-5, with the shape and the area term; inverted
+corners have a finite energy and are turned round. Added are the squared second differences
+along the mesh lines. Boundary vertices slide along their ring. The minimum is sought by L-BFGS.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.optimize import minimize
+
+from .build import Draft
+from .quadmesh import BoolArray, FloatArray, IntArray, QuadMesh
+from .rings import Ring
+
+AREA = 1.0
+STRAIGHT = 0.15
+SAFE = 0.05
+"""Jacobian (1 for the ideal square) above which a mesh counts as free of foldovers."""
+
+
+def line_triples(topology: QuadMesh) -> IntArray:
+    """Return the vertex triples (k, 3) in a row through inner vertices of valence 4."""
+    regular = np.flatnonzero(~topology.boundary_vertices & (topology.valences == 4))
+    if not len(regular):
+        return np.zeros((0, 3), dtype=np.int64)
+    fans = np.array([topology.vertex_edges[v] for v in regular])
+    ends = topology.edges[fans]
+    other = np.where(ends[..., 0] == regular[:, None], ends[..., 1], ends[..., 0])
+    return np.vstack(
+        [np.column_stack([other[:, k], regular, other[:, k + 2]]) for k in (0, 1)]
+    )
+
+
+class Smoother:
+    """Smooths drafts of one topology.
+
+    Parameters
+    ----------
+    draft
+        The draft; it is not changed.
+    rings
+        Rings of the part of the site.
+    h
+        Edge length, metres.
+    """
+
+    def __init__(self, draft: Draft, rings: Sequence[Ring], h: float) -> None:
+        self.rings = rings
+        self.h = h
+        self.faces = draft.faces
+        self.topology = QuadMesh(draft.vertices, draft.faces, h)
+        self.triples = line_triples(self.topology)
+        self.ring = draft.ring
+        self.inner: IntArray = np.flatnonzero(draft.ring < 0)
+        corner = draft.faces
+        self.here: IntArray = corner.ravel()
+        self.after: IntArray = np.roll(corner, -1, axis=1).ravel()
+        self.before: IntArray = np.roll(corner, 1, axis=1).ravel()
+
+    def smooth(
+        self,
+        vertices: FloatArray,
+        arc: FloatArray,
+        held: BoolArray,
+        *,
+        rounds: int = 5,
+        steps: int = 60,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Move inner vertices freely and boundary vertices along their rings.
+
+        Parameters
+        ----------
+        vertices, arc
+            Positions (n, 2) and arc lengths (n,) to begin with.
+        held
+            Shape (n,). Boundary vertices that stay where they are.
+        rounds, steps
+            At most `rounds` minimisations of `steps` iterations each.
+
+        Returns
+        -------
+        tuple
+            New positions and arc lengths.
+        """
+        state = _State(self, vertices, arc, held)
+        if not len(state.x):
+            return state.vertices, state.arc
+        for i in range(rounds):
+            least = self.least_jacobian(state.vertices)
+            epsilon = 1e-3
+            if least < SAFE:
+                epsilon = max(1e-3, float(np.sqrt(1e-4 + 0.04 * min(0.0, least) ** 2)))
+            result = minimize(
+                state.energy,
+                state.x,
+                args=(epsilon,),
+                jac=True,
+                method="L-BFGS-B",
+                options={"maxiter": steps, "maxcor": 12, "ftol": 1e-6},
+            )
+            state.place(result.x)
+            if self.least_jacobian(state.vertices) > SAFE and (i >= 1 or result.nit < steps):
+                break
+        return state.vertices, state.arc
+
+    def least_jacobian(self, vertices: FloatArray) -> float:
+        """Return the smallest Jacobian of all corners, 1 for an ideal square."""
+        a = (vertices[self.after] - vertices[self.here]) / self.h
+        b = (vertices[self.before] - vertices[self.here]) / self.h
+        return float((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).min())
+
+    def least_sine(self, vertices: FloatArray) -> float:
+        """Return the least scaled Jacobian of all corners."""
+        a = vertices[self.after] - vertices[self.here]
+        b = vertices[self.before] - vertices[self.here]
+        cross = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+        return float((cross / (np.hypot(*a.T) * np.hypot(*b.T) + 1e-12)).min())
+
+
+class _State:
+    """Unknowns of one smoothing: inner positions and arc lengths, both in edge lengths."""
+
+    def __init__(
+        self, smoother: Smoother, vertices: FloatArray, arc: FloatArray, held: BoolArray
+    ) -> None:
+        self.smoother = smoother
+        self.vertices = vertices.copy()
+        self.arc = arc.copy()
+        self.inner = smoother.inner
+        sliding = np.flatnonzero((smoother.ring >= 0) & ~held)
+        self.slides = [
+            (ring, sliding[smoother.ring[sliding] == r]) for r, ring in enumerate(smoother.rings)
+        ]
+        self.slides = [s for s in self.slides if len(s[1])]
+        self.sliding = np.concatenate([s[1] for s in self.slides] or [np.zeros(0, dtype=int)])
+        self.x: FloatArray = np.concatenate(
+            [self.vertices[self.inner].ravel(), self.arc[self.sliding]]
+        ) / smoother.h
+        self.place(self.x)
+
+    def place(self, x: FloatArray) -> None:
+        """Take over a vector of unknowns."""
+        h = self.smoother.h
+        split = 2 * len(self.inner)
+        self.x = x
+        self.vertices[self.inner] = x[:split].reshape(-1, 2) * h
+        self.arc[self.sliding] = x[split:] * h
+        for ring, members in self.slides:
+            self.vertices[members] = ring.at(self.arc[members])
+
+    def energy(self, x: FloatArray, epsilon: float) -> tuple[float, FloatArray]:
+        """Return the energy and its gradient."""
+        self.place(x)
+        s = self.smoother
+        v = self.vertices / s.h
+        here = v[s.here]
+        a, b = v[s.after] - here, v[s.before] - here
+        det = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+        root = np.sqrt(det * det + epsilon * epsilon)
+        chi = (det + root) / 2
+        shape = (a * a).sum(axis=1) + (b * b).sum(axis=1)
+        value = (shape + AREA * (det * det + 1)) / (2 * chi)
+        by_det = AREA * det / chi - value / chi * (1 + det / root) / 2
+        by_a = a / chi[:, None]
+        by_b = b / chi[:, None]
+        by_a[:, 0] += by_det * b[:, 1]
+        by_a[:, 1] -= by_det * b[:, 0]
+        by_b[:, 0] -= by_det * a[:, 1]
+        by_b[:, 1] += by_det * a[:, 0]
+        total = float(value.sum())
+        n = len(v)
+        gradient = np.empty_like(v)
+        t = s.triples
+        bend = v[t[:, 0]] + v[t[:, 2]] - 2 * v[t[:, 1]]
+        total += STRAIGHT * float((bend * bend).sum())
+        pull = 2 * STRAIGHT * bend
+        where = np.concatenate([s.after, s.before, s.here, t[:, 0], t[:, 2], t[:, 1]])
+        for d in (0, 1):
+            p = pull[:, d]
+            force = np.concatenate(
+                [by_a[:, d], by_b[:, d], -by_a[:, d] - by_b[:, d], p, p, -2 * p]
+            )
+            gradient[:, d] = np.bincount(where, force, n)
+        along = [
+            (gradient[members] * ring.tangent(self.arc[members])).sum(axis=1)
+            for ring, members in self.slides
+        ]
+        return total, np.concatenate([gradient[self.inner].ravel(), *along])

@@ -1,0 +1,208 @@
+"""All topologies worth trying for one part of a site, smoothed and scored."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from shapely.geometry import Polygon
+
+from ..errors import CancelledError
+from ..progress import Progress
+from .build import Draft, Row, build_draft, plan_rows
+from .directions import Labels, label_ring, main_axis
+from .facing import find_facing
+from .lattice import Cut, solve_lattice
+from .overlap import overlap_cuts
+from .quadmesh import BoolArray, FloatArray, IntArray
+from .quality import score
+from .relax import Smoother
+from .rings import Ring, Stations, place_stations, polygon_rings
+
+WEIGHTS = (
+    (0.2, 0.05), (0.05, 0.05), (0.5, 0.05), (0.0, 0.05), (0.1, 0.05), (1.0, 0.05),
+    (0.2, 0.25), (0.05, 0.25), (0.5, 0.25), (0.0, 0.25),
+)  # fmt: skip
+"""Weights of direction and corners that are tried, in this order."""
+GUIDED_WEIGHTS = ((0.5, 0.05), (1.0, 0.05), (0.2, 0.05), (2.0, 0.05), (0.05, 0.05), (0.5, 0.25))
+MOST_LABELS = 6
+GOOD = 0.75
+"""Score at which no other topology is tried."""
+CUT_ROUNDS = 5
+EXACT = 0.1
+"""Distance from the boundary, in edge lengths, up to which a given point itself is met."""
+
+
+@dataclass(eq=False)
+class PartMesh:
+    """The mesh of one part of a site.
+
+    Attributes
+    ----------
+    rings, stations
+        Boundary of the part and the points of it that are vertices.
+    draft, smoother
+        Topology.
+    vertices, arc, held
+        Positions (n, 2), arc lengths (n,) of boundary vertices, vertices that stay.
+    score
+        See `quality.score`.
+    lost
+        Indices of given points that could not be kept.
+    attracted
+        Vertex -> index of the point that it was pulled onto.
+    """
+
+    rings: list[Ring]
+    stations: list[Stations]
+    draft: Draft
+    smoother: Smoother
+    vertices: FloatArray
+    arc: FloatArray
+    held: BoolArray
+    score: float
+    lost: list[int]
+    attracted: dict[int, int]
+
+
+def check_cancelled(progress: Progress) -> None:
+    """Raise CancelledError if the caller wants the work to stop."""
+    if progress.cancelled():
+        msg = "Cancelled while the candidate mesh was being made."
+        raise CancelledError(msg)
+
+
+def mesh_part(
+    part: Polygon,
+    h: float,
+    points: FloatArray,
+    indices: IntArray,
+    guide: float | None,
+    progress: Progress,
+) -> PartMesh | None:
+    """Find the best mesh of one cleaned part of a site.
+
+    Parameters
+    ----------
+    part
+        Polygon without anything finer than the mesh, metres.
+    h
+        Edge length, metres.
+    points, indices
+        Given points (k, 2) that should become vertices and the caller's indices of them.
+    guide
+        Direction of the mesh lines, radians, or None for the main axis of the boundary.
+    progress
+        Asked for cancellation.
+
+    Returns
+    -------
+    PartMesh or None
+        None where no topology fits.
+    """
+    rings = polygon_rings(part)
+    near = np.array(
+        [i for i, p in enumerate(points) if _distance(rings, p) < 0.5 * h], dtype=np.int64
+    )
+    stations, lost = place_stations(rings, h, points[near], indices[near])
+    best: PartMesh | None = None
+    seen = 0
+    for labels in _label_variants(rings, stations, h, guide):
+        for draft in _drafts(rings, labels, h):
+            check_cancelled(progress)
+            found = _smoothed(rings, stations, draft, h, part.area, guide)
+            _pin(found, points, h)
+            if best is None or found.score < best.score:
+                best = found
+        seen += 1
+        if seen >= MOST_LABELS or (best is not None and best.score < GOOD):
+            break
+    if best is None:
+        return None
+    best.lost = lost
+    refine(best, h, part.area, guide)
+    return best
+
+
+def refine(mesh: PartMesh, h: float, area: float, guide: float | None) -> None:
+    """Smooth a mesh to the end; keep the result unless it scores worse."""
+    vertices, arc = mesh.smoother.smooth(
+        mesh.vertices, mesh.arc, mesh.held, rounds=3, steps=200
+    )
+    value = score(mesh.smoother.topology, vertices, h, area, guide)
+    if value < mesh.score + 0.1:
+        mesh.vertices, mesh.arc, mesh.score = vertices, arc, value
+
+
+def _distance(rings: Sequence[Ring], point: FloatArray) -> float:
+    """Return the distance of a point to the nearest ring."""
+    return min(float(ring.project(point[None])[1][0]) for ring in rings)
+
+
+def _label_variants(
+    rings: Sequence[Ring], stations: Sequence[Stations], h: float, guide: float | None
+) -> Iterator[list[Labels]]:
+    """Yield different labels of all rings, the most promising first."""
+    axis = main_axis(rings) if guide is None else guide
+    weights = WEIGHTS if guide is None else GUIDED_WEIGHTS
+    table = [
+        label_ring(ring, marks, h, axis, weights, outer=r == 0)
+        for r, (ring, marks) in enumerate(zip(rings, stations))
+    ]
+    seen = set()
+    for choice in range(len(weights)):
+        labels = [column[choice] for column in table]
+        complete = [label for label in labels if label is not None]
+        key = tuple(label.key() for label in complete)
+        if len(complete) < len(labels) or key in seen:
+            continue
+        seen.add(key)
+        yield complete
+
+
+def _drafts(rings: list[Ring], labels: list[Labels], h: float) -> Iterator[Draft]:
+    """Yield the meshes that belong to labels: the plain one and the one with extra rows."""
+    facing = find_facing(rings, labels, h)
+    rows, along, extra = plan_rows(rings, labels, h)
+    options: list[tuple[list[Row], dict[int, int], dict[int, int]]] = [([], {}, {})]
+    if rows:
+        options.append((rows, along, extra))
+    for planned, rows_at, steps_at in options:
+        cuts: list[Cut] = []
+        for _ in range(CUT_ROUNDS):
+            solution = solve_lattice(rings, labels, h, facing, rows_at, steps_at, cuts)
+            if solution is None:
+                break
+            draft = build_draft(rings, labels, solution[0], planned)
+            if draft is not None:
+                yield draft
+                break
+            new = [c for c in overlap_cuts(rings, labels, solution[0]) if c not in cuts]
+            if not new:
+                break
+            cuts += new
+
+
+def _smoothed(
+    rings: list[Ring],
+    stations: list[Stations],
+    draft: Draft,
+    h: float,
+    area: float,
+    guide: float | None,
+) -> PartMesh:
+    """Smooth a draft roughly and score it."""
+    smoother = Smoother(draft, rings, h)
+    held = draft.station >= 0
+    vertices, arc = smoother.smooth(draft.vertices, draft.arc, held, rounds=4, steps=40)
+    value = score(smoother.topology, vertices, h, area, guide)
+    return PartMesh(rings, stations, draft, smoother, vertices, arc, held, value, [], {})
+
+
+def _pin(mesh: PartMesh, points: FloatArray, h: float) -> None:
+    """Put the vertices of given points exactly on them where these are near the boundary."""
+    for v in np.flatnonzero(mesh.draft.station >= 0).tolist():
+        index = int(mesh.stations[mesh.draft.ring[v]].point[mesh.draft.station[v]])
+        if index >= 0 and float(np.hypot(*(mesh.vertices[v] - points[index]))) <= EXACT * h:
+            mesh.vertices[v] = points[index]

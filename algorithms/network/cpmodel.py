@@ -1,0 +1,265 @@
+"""The network problem, or a window of it, as a CP-SAT model: all but connectivity."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any, Optional, Union
+
+import numpy as np
+
+from .balls import BallCut
+from .local import Term
+from .ortools_access import cp_model
+from .problem import BoolArray
+from .structure import Structure
+
+#: A CP-SAT literal, or what is known already.
+Literal = Union[bool, Any]
+
+#: Largest factor by which costs are multiplied to make them whole numbers.
+FINEST = 1_000_000
+
+
+def whole_scale(values: Iterable[float], finest: int = FINEST) -> int:
+    """Return the least usual factor that makes all values whole, or `finest` if none does.
+
+    Examples
+    --------
+    >>> whole_scale([1.0, 0.5]), whole_scale([1 / 3])
+    (2, 1000000)
+    """
+    array = np.array(sorted({v for v in values if v and math.isfinite(v)}))
+    for scale in (1, 2, 4, 5, 10, 20, 100, 1000, 10_000):
+        if scale < finest and np.all(np.abs(array * scale - np.round(array * scale)) < 1e-7):
+            return scale
+    return finest
+
+
+def whole(value: float, scale: int) -> int:
+    """Round a cost down to a whole number of 1/scale, so that bounds stay bounds."""
+    return math.floor(value * scale + 1e-6)
+
+
+class CpNetwork:
+    """A CP-SAT model over the free edges of a problem, the others being fixed.
+
+    Parameters
+    ----------
+    index
+        The problem.
+    free
+        Edges to decide; all usable ones for the whole problem.
+    fixed
+        Shape (e,). Edges chosen among the others.
+    cuts
+        Ball-exit inequalities.
+    finest
+        Largest factor that makes costs whole; the smaller, the faster and the coarser.
+    relax
+        Let every hard rule be switched off as a whole; see `switches`.
+
+    Attributes
+    ----------
+    model
+        The CP-SAT model.
+    edge
+        Literal per edge: a variable for free ones.
+    vertex
+        Literal per vertex at free edges: whether it is active.
+    costs
+        Pairs (variable, cost), the objective so far.
+    switches
+        With `relax`, one variable per kind of hard rule: true where it is given up.
+    """
+
+    def __init__(
+        self,
+        index: Structure,
+        free: Sequence[int],
+        fixed: BoolArray,
+        cuts: Sequence[BallCut] = (),
+        *,
+        finest: int = FINEST,
+        relax: bool = False,
+    ) -> None:
+        self.index = index
+        self.free = list(free)
+        self.fixed = fixed
+        self.finest = finest
+        self.relax = relax
+        self.switches: dict[str, Any] = {}
+        self.model: Any = cp_model().CpModel()
+        self.expression: Any = cp_model().LinearExpr
+        self.costs: list[tuple[Any, float]] = []
+        self.constant = 0.0
+        self.slack: dict[int, Literal] = {}
+        self.edge: dict[int, Any] = {e: self.model.new_bool_var("") for e in self.free}
+        self.vertices = sorted({v for e in self.free for v in index.ends[e]})
+        self.vertex: dict[int, Literal] = {}
+        self._add_vertices()
+        self._add_required()
+
+    def literal(self, edge: int) -> Literal:
+        """Return the literal of any edge: of a free one its variable."""
+        found = self.edge.get(edge)
+        return bool(self.fixed[edge]) if found is None else found
+
+    def negated(self, literal: Literal) -> Literal:
+        """Return the negation of a literal."""
+        return (not literal) if isinstance(literal, bool) else ~literal
+
+    def clause(self, literals: Iterable[Literal], kind: str = "") -> None:
+        """Demand that one of the literals holds; with `relax`, unless `kind` is given up."""
+        kept = [a for a in literals if a is not False]
+        if any(a is True for a in kept):
+            return
+        if self.relax and kind:
+            kept.append(self._switch(kind))
+        if kept:
+            self.model.add_bool_or(kept)
+        else:
+            self.model.add_bool_or([])
+
+    def _switch(self, kind: str) -> Any:
+        """Return the variable that gives up a kind of rule."""
+        if kind not in self.switches:
+            self.switches[kind] = self.model.new_bool_var("")
+        return self.switches[kind]
+
+    def cost(self, literal: Literal, weight: float) -> None:
+        """Add a cost that is due if the literal holds."""
+        if literal is True:
+            self.constant += weight
+        elif literal is not False:
+            self.costs.append((literal, weight))
+
+    def _add_vertices(self) -> None:
+        """Tie vertices to edges and forbid dead ends in the form that relaxes best."""
+        index, model = self.index, self.model
+        for v in self.vertices:
+            mine = index.incident[v]
+            if index.street[v] or any(self.literal(e) is True for e in mine):
+                self.vertex[v] = True
+                continue
+            active = model.new_bool_var("")
+            self.vertex[v] = active
+            xs = [self.edge[e] for e in mine if e in self.edge]
+            for x in xs:
+                model.add_implication(x, active)
+            if index.two[v] and not self.relax:
+                model.add(self.expression.sum(xs) >= 2 * active)
+            else:
+                model.add_bool_or([*xs, ~active])
+
+    def _add_required(self) -> None:
+        """Demand the required edges and put the length costs into the objective."""
+        for e in self.free:
+            self.cost(self.edge[e], self.index.cost[e])
+            if self.index.problem.required[e]:
+                self.clause([self.edge[e]], "required edges")
+
+    def add_terms(self, terms: Iterable[Term]) -> None:
+        """Add local rules, patterns and clauses."""
+        for term in terms:
+            bodies = [self._body(on, off) for on, off in term.alternatives]
+            bodies = [body for body in bodies if body is not None]
+            if not bodies:
+                continue
+            if term.hard:
+                for body in bodies:
+                    self.clause(body, term.kind)
+                continue
+            if any(not body for body in bodies):
+                self.constant += term.weight
+                continue
+            # the negation of a single literal needs no variable of its own
+            if len(bodies) == 1 and len(bodies[0]) == 1:
+                self.cost(self.negated(bodies[0][0]), term.weight)
+                continue
+            due = self.model.new_bool_var("")
+            for body in bodies:
+                self.model.add_bool_or([*body, due])
+            self.cost(due, term.weight)
+
+    def _body(self, on: Sequence[int], off: Sequence[int]) -> Optional[list[Any]]:
+        """Return literals of which one holds unless the alternative does; None: one does."""
+        literals = [self.negated(self.literal(e)) for e in on] + [self.literal(e) for e in off]
+        if any(a is True for a in literals):
+            return None
+        return [a for a in literals if a is not False]
+
+    def add_cover(self, cover: Iterable[tuple[int, tuple[int, ...]]]) -> None:
+        """Demand coverage, with a slack where it is soft (CND eq. 6)."""
+        penalty = self.index.problem.cover_penalty
+        for v, ball in cover:
+            literals = [self._active(u) for u in ball]
+            if any(a is True for a in literals):
+                self.slack[v] = False
+                continue
+            if math.isinf(penalty):
+                self.slack[v] = False
+                self.clause(literals, "coverage")
+                continue
+            kept = [a for a in literals if a is not False]
+            slack = self.model.new_bool_var("") if kept else True
+            self.slack[v] = slack
+            if kept:
+                self.model.add_bool_or([*kept, slack])
+            self.cost(slack, penalty)
+
+    def _active(self, v: int) -> Literal:
+        """Return the literal of any vertex."""
+        found = self.vertex.get(v)
+        if found is not None:
+            return found
+        return self.index.street[v] or any(self.fixed[e] for e in self.index.incident[v])
+
+    def add_cuts(self, cuts: Iterable[BallCut]) -> None:
+        """Add ball-exit inequalities whose coverage slack is known."""
+        for cut in cuts:
+            parts: list[tuple[Literal, int]] = [(self.literal(e), cut.weight) for e in cut.exits]
+            parts += [(self.literal(e), 1) for e in cut.inside]
+            parts.append((self.slack.get(cut.vertex, False), cut.rhs))
+            if cut.ring:
+                parts.append((self._all_of(cut.ring), cut.weight))
+            known = sum(w for literal, w in parts if literal is True)
+            if known >= cut.rhs:
+                continue
+            kept = [(literal, w) for literal, w in parts if not isinstance(literal, bool)]
+            total = self.expression.weighted_sum([a for a, _ in kept], [w for _, w in kept])
+            self.model.add(total >= cut.rhs - known)
+
+    def _all_of(self, edges: Sequence[int]) -> Literal:
+        """Return a literal that holds only if all edges are chosen."""
+        literals = [self.literal(e) for e in edges]
+        if any(a is False for a in literals):
+            return False
+        kept = [a for a in literals if a is not True]
+        if not kept:
+            return True
+        both = self.model.new_bool_var("")
+        for a in kept:
+            self.model.add_implication(both, a)
+        return both
+
+    def minimise(self) -> int:
+        """Set the objective; return the factor that its whole numbers are multiples of."""
+        if self.relax:
+            # giving up coverage or clauses hurts less than giving up the rest
+            self.model.minimize(self.expression.sum(list(self.switches.values())))
+            return 1
+        scale = whole_scale((w for _, w in self.costs), self.finest)
+        variables = [variable for variable, _ in self.costs]
+        weights = [whole(w, scale) for _, w in self.costs]
+        self.model.minimize(self.expression.weighted_sum(variables, weights))
+        return scale
+
+    def hint(self, active: BoolArray) -> None:
+        """Suggest a design to start from."""
+        for e, x in self.edge.items():
+            self.model.add_hint(x, bool(active[e]))
+        for v, literal in self.vertex.items():
+            if not isinstance(literal, bool):
+                on = any(active[e] for e in self.index.incident[v])
+                self.model.add_hint(literal, on)

@@ -1,0 +1,147 @@
+"""Everything that a planner asks of a street network, serialisable to JSON."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from ..errors import InputError
+
+#: Weight of a rule that must never be broken.
+FORBID = math.inf
+#: Weight of a rule that does not matter.
+ALLOW = 0.0
+
+SinkMode = Literal["streets", "boundary", "access", "points"]
+RuleSet = Literal["planner", "paper"]
+CoverageUnit = Literal["edges", "metres"]
+
+
+@dataclass(frozen=True)
+class Specification:
+    """What a street network should do (CND section 4, and the rules that real sites need).
+
+    Rule weights are costs per violation: `ALLOW` (0) ignores a rule, `FORBID` (infinity)
+    makes it hard. None means: take the value that the rule set and the block size imply.
+
+    Attributes
+    ----------
+    rules
+        "planner" adds straight streets, blocks of the wished size and the continuation of
+        existing streets; "paper" is CND as published.
+    block_width, block_length
+        Wished block size in metres (72 = two rows of 30 m lots and a 12 m street).
+    edge_length
+        Edge length of the candidate mesh in metres.
+    coverage, coverage_unit
+        Every mesh vertex lies within this range of a street (CND section 4.2), in mesh edges
+        or in metres along the mesh.
+    weight_length
+        Cost of street length (CND lambda_L), per mesh edge length.
+    weight_distance
+        Cost of the distance to the nearest sink (CND lambda_D), per mesh edge length.
+    weight_straight
+        Cost of each street end that does not go straight on at a junction or bend.
+    weight_continue
+        Cost of each existing street that is not continued into the site.
+    dead_ends, zigzags, too_close, t_junctions, branches
+        Weights of the local rules (CND section 4.3).
+    sink_mode
+        Where traffic leaves: "streets" (the boundary along existing streets), "boundary" (all
+        of it), "access" (where existing streets arrive), "points" (given points).
+    levels
+        1 for one network, 2 for collectors and then local streets.
+    time_limit
+        Seconds for all solving.
+    gap
+        Relative gap at which a solve may stop.
+    seed
+        Seed of every random choice.
+    solver
+        "auto", "cpsat", "highs", or the name of another solver that PuLP finds.
+    """
+
+    rules: RuleSet = "planner"
+    block_width: float = 72.0
+    block_length: float = 150.0
+    edge_length: float | None = None
+    coverage: float | None = None
+    coverage_unit: CoverageUnit = "edges"
+    weight_length: float = 1.0
+    weight_distance: float = 0.0
+    weight_straight: float | None = None
+    weight_continue: float | None = None
+    dead_ends: float = FORBID
+    zigzags: float | None = None
+    too_close: float | None = None
+    t_junctions: float = ALLOW
+    branches: float = ALLOW
+    sink_mode: SinkMode = "streets"
+    levels: int = 2
+    time_limit: float = 30.0
+    gap: float = 0.01
+    seed: int = 1
+    solver: str = "auto"
+
+    def __post_init__(self) -> None:
+        """Check the ranges; raise `InputError` that names the field."""
+        for name in ("block_width", "block_length", "time_limit"):
+            if not 0 < getattr(self, name) < math.inf:
+                raise InputError(f"{name} must be greater than 0.", "Give a positive number.")
+        if self.edge_length is not None and not 0 < self.edge_length < math.inf:
+            raise InputError("edge_length must be greater than 0.", "Give a length in metres.")
+        if self.block_length < self.block_width:
+            raise InputError(
+                f"Block length ({self.block_length:g} m) is less than block width "
+                f"({self.block_width:g} m).",
+                "Make the block length the larger of the two.",
+            )
+        for name in (
+            "coverage",
+            "weight_length",
+            "weight_distance",
+            "weight_straight",
+            "weight_continue",
+            "dead_ends",
+            "zigzags",
+            "too_close",
+            "t_junctions",
+            "branches",
+            "gap",
+        ):
+            value = getattr(self, name)
+            if value is not None and not value >= 0:
+                raise InputError(f"{name} must not be negative.", "Give 0 or more.")
+        if self.levels not in (1, 2):
+            raise InputError("levels must be 1 or 2.", "Choose 1 or 2 street levels.")
+
+    def to_json(self) -> str:
+        """Return the specification as JSON; infinite weights become the text "forbid"."""
+        values = {
+            key: "forbid" if isinstance(value, float) and math.isinf(value) else value
+            for key, value in dataclasses.asdict(self).items()
+        }
+        return json.dumps(values, sort_keys=True)
+
+    @classmethod
+    def from_json(cls, text: str) -> Specification:
+        """Read what `to_json` wrote; raise `InputError` for unknown keys.
+
+        Examples
+        --------
+        >>> spec = Specification(block_width=60.0)
+        >>> Specification.from_json(spec.to_json()) == spec
+        True
+        """
+        values: dict[str, Any] = json.loads(text)
+        known = {f.name for f in dataclasses.fields(cls)}
+        unknown = sorted(set(values) - known)
+        if unknown:
+            raise InputError(
+                f"Unknown keys in the specification: {', '.join(unknown)}.",
+                f"Known keys are: {', '.join(sorted(known))}.",
+            )
+        return cls(**{k: FORBID if v == "forbid" else v for k, v in values.items()})

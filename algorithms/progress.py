@@ -1,0 +1,106 @@
+"""How long work talks to whoever waits for it: one small protocol, no callbacks of its own."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Protocol
+
+
+@dataclass(frozen=True)
+class SearchState:
+    """Where a search stands.
+
+    Attributes
+    ----------
+    incumbent
+        Objective of the best design so far, or None.
+    bound
+        Proven lower bound of the objective, or None.
+    seconds
+        Wall time since the search began.
+    """
+
+    incumbent: float | None
+    bound: float | None
+    seconds: float
+
+    @property
+    def gap(self) -> float | None:
+        """Relative gap (incumbent - bound) / incumbent, or None where one is missing."""
+        if self.incumbent is None or self.bound is None:
+            return None
+        if self.incumbent <= 0:
+            return 0.0 if self.bound >= self.incumbent else None
+        return max(0.0, (self.incumbent - self.bound) / self.incumbent)
+
+
+class Progress(Protocol):
+    """What the library asks of its caller; see `Silent` for the least that will do."""
+
+    def stage(self, text: str, fraction: float) -> None:
+        """Take note that the stage `text` begins; `fraction` of all the work is done."""
+
+    def search(self, state: SearchState) -> None:
+        """Take note of a better incumbent or bound."""
+
+    def info(self, text: str) -> None:
+        """Take note of a remark."""
+
+    def warn(self, text: str) -> None:
+        """Take note of something that the planner should know."""
+
+    def cancelled(self) -> bool:
+        """Tell whether the caller wants the work to stop; asked several times a second."""
+        ...
+
+
+class Silent:
+    """A `Progress` that keeps quiet and is never cancelled."""
+
+    def stage(self, text: str, fraction: float) -> None:
+        """Ignore the stage."""
+
+    def search(self, state: SearchState) -> None:
+        """Ignore the state."""
+
+    def info(self, text: str) -> None:
+        """Ignore the remark."""
+
+    def warn(self, text: str) -> None:
+        """Ignore the warning."""
+
+    def cancelled(self) -> bool:
+        """Never cancel."""
+        return False
+
+
+class Deadline:
+    """A moment in time after which work should stop, joined with the caller's cancel.
+
+    Parameters
+    ----------
+    seconds
+        Time from now, in seconds.
+    progress
+        Asked for cancellation; None for never.
+    """
+
+    def __init__(self, seconds: float, progress: Progress | None = None) -> None:
+        self.start = time.monotonic()
+        self.end = self.start + seconds
+        self.progress = progress
+
+    @property
+    def elapsed(self) -> float:
+        """Seconds since the deadline was set."""
+        return time.monotonic() - self.start
+
+    @property
+    def left(self) -> float:
+        """Seconds that remain, never negative."""
+        return max(0.0, self.end - time.monotonic())
+
+    def passed(self) -> bool:
+        """Tell whether time is up or the caller has cancelled."""
+        return self.left <= 0 or (self.progress is not None and self.progress.cancelled())

@@ -1,0 +1,21 @@
+"""Real layers become planar sites: read, repair, project, snap."""
+
+from __future__ import annotations
+
+from .access import access_points_from_layer
+from .carry import carry_to_centre_line
+from .layers import bearing, site_layers
+from .prepare import prepare_sites
+from .types import AccessPoint, BoundaryStreet, PreparedSites, Site
+
+__all__ = [
+    "AccessPoint",
+    "BoundaryStreet",
+    "PreparedSites",
+    "Site",
+    "access_points_from_layer",
+    "bearing",
+    "carry_to_centre_line",
+    "prepare_sites",
+    "site_layers",
+]

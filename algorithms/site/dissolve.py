@@ -1,0 +1,174 @@
+"""Adjoining polygons become one site; slivers, slits and needles go."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from pyproj import CRS
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from shapely.geometry import Polygon
+from shapely.geometry.polygon import orient
+
+from .repair import GRID, NO_AREA, Geometries, Problems
+
+GAP = 1.0
+"""Gaps between polygons up to this width are closed, metres."""
+
+NEEDLE = 0.25
+"""Parts of a site narrower than twice this are cut off, metres."""
+
+SMALLEST = 1.0
+"""Sites below this area are slivers, square metres."""
+
+CRUMB = 0.02
+"""Pieces that come off when needles are cut, below this share of the largest, are dropped."""
+
+
+def dissolve(
+    polygons: Geometries, ids: Geometries, layer: str, crs: CRS, problems: Problems
+) -> list[tuple[Polygon, list[Any]]]:
+    """Dissolve adjoining polygons; disjoint ones stay apart.
+
+    Parameters
+    ----------
+    polygons
+        Valid polygons, shape (n,), metres.
+    ids
+        Feature id of each, shape (n,).
+    layer
+        Name of the layer.
+    crs
+        CRS of the polygons.
+    problems
+        Takes the findings.
+
+    Returns
+    -------
+    list of (Polygon, list of ids)
+        One polygon per site, exterior counter-clockwise, with the ids of the features it is
+        made of; ordered by the first of them.
+    """
+    sites: list[tuple[Polygon, list[Any]]] = []
+    for members in _groups(polygons):
+        own = list(dict.fromkeys(ids[members].tolist()))
+        merged = polygons[members[0]]
+        if len(members) > 1:
+            merged = _close(polygons[members], layer, own[0], crs, problems)
+        for part in shapely.get_parts(merged):
+            sites += [(p, own) for p in _clean(part, layer, own[0], crs, problems)]
+    return sites
+
+
+def _groups(polygons: Geometries) -> list[npt.NDArray[np.intp]]:
+    """Indices of polygons that lie within `GAP` of each other, in order of the first."""
+    n = len(polygons)
+    if n == 0:
+        return []
+    a, b = shapely.STRtree(polygons).query(polygons, predicate="dwithin", distance=GAP)
+    graph = coo_array((np.ones(len(a), dtype=np.int8), (a, b)), shape=(n, n))
+    _, label = connected_components(graph, directed=False)
+    _, first = np.unique(label, return_index=True)
+    order = np.argsort(label, kind="stable")
+    cuts = np.flatnonzero(np.diff(label[order])) + 1
+    groups = np.split(order, cuts)
+    return [groups[k] for k in np.argsort(first, kind="stable")]
+
+
+def _close(
+    polygons: Geometries, layer: str, feature: object, crs: CRS, problems: Problems
+) -> shapely.Geometry:
+    """Unite polygons and fill the gaps between them, leaving the other edges as they are."""
+    united = shapely.union_all(polygons, grid_size=GRID)
+    half = GAP / 2
+    closed = shapely.buffer(shapely.buffer(united, half, join_style="mitre"), -half,
+                            join_style="mitre")  # fmt: skip
+    gaps = shapely.get_parts(shapely.difference(closed, united, grid_size=GRID))
+    gaps = gaps[shapely.area(gaps) > 0.01]
+    if len(gaps) == 0:
+        return united
+    where = shapely.union_all(gaps)
+    what = f"{len(gaps)} gaps or overlaps up to {GAP:g} m wide between adjoining polygons"
+    problems.add(layer, feature, what, "closed", "info", where, crs)
+    # grown by a grid step: rounding must not leave a hair between gap and polygon
+    return shapely.union_all(
+        [united, shapely.buffer(where, 2 * GRID, join_style="mitre")], grid_size=GRID
+    )
+
+
+def _clean(
+    polygon: Polygon, layer: str, feature: object, crs: CRS, problems: Problems
+) -> list[Polygon]:
+    """Fill slits, cut needles, part rings that touch; drop what is too small."""
+    polygon = _fill_slits(polygon, layer, feature, crs, problems)
+    pieces: list[Polygon] = []
+    for piece in _cut_needles(polygon, layer, feature, crs, problems):
+        pieces += _part_touching_rings(piece, layer, feature, crs, problems)
+    result: list[Polygon] = []
+    pieces.sort(key=lambda p: -p.area)
+    for piece in pieces:
+        if piece.area < max(SMALLEST, CRUMB * pieces[0].area):
+            what = f"a piece of {piece.area:.2f} m2 hangs on by less than {2 * NEEDLE:g} m"
+            problems.add(layer, feature, what, "dropped", "warning", piece, crs)
+            continue
+        result.append(orient(shapely.normalize(piece)))
+    return result
+
+
+def _fill_slits(
+    polygon: Polygon, layer: str, feature: object, crs: CRS, problems: Problems
+) -> Polygon:
+    holes = np.array([Polygon(r) for r in polygon.interiors], dtype=object)
+    if len(holes) == 0:
+        return polygon
+    slit = shapely.is_empty(shapely.buffer(holes, -GAP / 2)) | (shapely.area(holes) < SMALLEST)
+    if not np.any(slit):
+        return polygon
+    for hole in holes[slit]:
+        problems.add(
+            layer, feature, f"a hole narrower than {GAP:g} m", "filled", "info", hole, crs
+        )
+    return Polygon(polygon.exterior, [h.exterior for h in holes[~slit]])
+
+
+def _cut_needles(
+    polygon: Polygon, layer: str, feature: object, crs: CRS, problems: Problems
+) -> list[Polygon]:
+    core = shapely.buffer(polygon, -NEEDLE, join_style="mitre")
+    if shapely.is_empty(core):
+        what = f"narrower than {2 * NEEDLE:g} m everywhere"
+        problems.add(layer, feature, what, "skipped", "error", polygon, crs)
+        return []
+    opened = shapely.buffer(core, NEEDLE, join_style="mitre", mitre_limit=3.0)
+    needles = shapely.get_parts(shapely.difference(polygon, opened))
+    needles = needles[shapely.area(needles) > NEEDLE]
+    if len(needles) == 0:
+        return [polygon]
+    what = f"{len(needles)} needles narrower than {2 * NEEDLE:g} m"
+    where = shapely.union_all(needles)
+    problems.add(layer, feature, what, "cut off", "info", where, crs)
+    grown = shapely.buffer(where, 2 * GRID, join_style="mitre")
+    rest = shapely.get_parts(shapely.difference(polygon, grown, grid_size=GRID))
+    return [p for p in rest if p.area > NO_AREA]
+
+
+def _part_touching_rings(
+    polygon: Polygon, layer: str, feature: object, crs: CRS, problems: Problems
+) -> list[Polygon]:
+    """Cut a small square where two rings touch, so that every ring is free of the others."""
+    if len(polygon.interiors) == 0:
+        return [polygon]
+    rings = shapely.get_parts(shapely.boundary(polygon))
+    a, b = shapely.STRtree(rings).query(rings, predicate="intersects")
+    pairs = a < b
+    if not np.any(pairs):
+        return [polygon]
+    touch = shapely.union_all(shapely.intersection(rings[a[pairs]], rings[b[pairs]]))
+    what = "holes touch each other or the edge"
+    problems.add(layer, feature, what, "parted by a cut of 0.5 m", "info", touch, crs)
+    cut = shapely.buffer(touch, NEEDLE, cap_style="square")
+    rest = shapely.get_parts(shapely.difference(polygon, cut, grid_size=GRID))
+    return [p for p in rest if p.area > NO_AREA]

@@ -1,0 +1,295 @@
+"""From the planner's layers to sites: read, repair, project, snap, find the streets around."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import geopandas as gpd
+import numpy as np
+import shapely
+from pyproj import CRS
+from shapely.geometry import LineString, MultiLineString, Polygon
+
+from ..errors import CancelledError, InputError
+from ..progress import Progress, Silent
+from .access import access_points
+from .crs import DISTORTION, distortion, layer_crs, transformer, working_crs
+from .dissolve import dissolve
+from .frontage import frontage
+from .repair import Geometries, Problems, repair_polygons
+from .roads import RoadLayer, RoadNetwork
+from .types import AccessPoint, BoundaryStreet, PreparedSites, Site
+
+SMALLEST_OBSTACLE = 25.0
+"""Smaller obstacles are left out, square metres."""
+
+_SHORTEST_INNER = 5.0
+_ALONG_EDGE = 1.0
+_NAME_COLUMNS = ("name", "site", "label", "nom", "libelle")
+
+InnerRoads = Literal["ignore", "keep"]
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What stays the same for all sites of a run."""
+
+    source_crs: CRS
+    layer: str
+    roads: RoadLayer | None
+    road_layer: str
+    obstacles: _Obstacles | None
+    snap_distance: float
+    inner_roads: InnerRoads
+    problems: Problems
+
+
+def prepare_sites(
+    polygons: gpd.GeoDataFrame,
+    roads: gpd.GeoDataFrame | None = None,
+    obstacles: gpd.GeoDataFrame | None = None,
+    *,
+    snap_distance: float = 30.0,
+    inner_roads: InnerRoads = "ignore",
+    polygon_layer: str = "Site",
+    road_layer: str = "Roads",
+    obstacle_layer: str = "Obstacles",
+    progress: Progress | None = None,
+) -> PreparedSites:
+    """Turn real layers into sites to design.
+
+    Polygons are repaired, projected to metres and dissolved where they adjoin. Roads that
+    run along the edge become boundary streets; where other roads arrive are the access
+    points. Layers may have any CRS, each its own. Feature ids are the index of the frames.
+
+    Parameters
+    ----------
+    polygons
+        Parcels or site polygons.
+    roads
+        Centre lines, or None: then the whole exterior of a site counts as frontage.
+    obstacles
+        Polygons that must stay free of streets, or None.
+    snap_distance
+        Largest distance between the boundary and the centre line of a road that runs along
+        it, metres, greater than 0.
+    inner_roads
+        "keep" the roads inside a site as existing streets, or "ignore" them.
+    polygon_layer, road_layer, obstacle_layer
+        Names of the layers, for messages.
+    progress
+        Takes remarks and is asked for cancellation.
+
+    Returns
+    -------
+    PreparedSites
+        The sites in the order of their first features, and every repair.
+
+    Raises
+    ------
+    InputError
+        If a layer has no CRS, no polygon is usable, or a parameter is out of bounds.
+    CancelledError
+        If the caller cancels.
+    """
+    progress = progress or Silent()
+    if not snap_distance > 0:
+        raise InputError(
+            f"the snap distance is {snap_distance:g} m.", "Give a distance greater than 0 m."
+        )
+    if inner_roads not in ("ignore", "keep"):
+        raise InputError(f"inner roads cannot be '{inner_roads}'.", "Give 'ignore' or 'keep'.")
+    progress.stage("Reading the site", 0.0)
+    problems = Problems()
+    source_crs = layer_crs(polygons, polygon_layer)
+    pieces = _sites_of(polygons, source_crs, polygon_layer, problems)
+    task = _Task(
+        source_crs,
+        polygon_layer,
+        None if roads is None else RoadLayer(roads, road_layer, progress),
+        road_layer,
+        None if obstacles is None else _Obstacles(obstacles, obstacle_layer, problems),
+        snap_distance,
+        inner_roads,
+        problems,
+    )
+    names = _names(polygons)
+    sites = []
+    for k, (polygon, crs, own) in enumerate(pieces):
+        if progress.cancelled():
+            raise CancelledError("Cancelled while the sites were prepared.")
+        progress.stage(f"Preparing site {k + 1} of {len(pieces)}", (k + 0.5) / len(pieces))
+        name = names.get(own[0], "") if len(own) == 1 else ""
+        sites.append(_one_site(task, polygon, crs, own[0], k + 1, name or f"Site {k + 1}"))
+    if roads is None:
+        progress.info(
+            "No road layer is given: the whole outer edge of each site counts as street, and "
+            "there are no access points."
+        )
+    return PreparedSites(tuple(sites), problems.to_frame(source_crs))
+
+
+class _Obstacles:
+    """An obstacle layer, projected once per working CRS."""
+
+    def __init__(self, frame: gpd.GeoDataFrame, layer: str, problems: Problems) -> None:
+        self.crs = layer_crs(frame, layer)
+        self.layer = layer
+        self._geometry = np.asarray(frame.geometry.array, dtype=object)
+        self._ids = frame.index.to_numpy()
+        self._bounds = shapely.bounds(self._geometry).reshape(-1, 4)
+        self._problems = problems
+
+    def inside(self, polygon: Polygon, crs: CRS) -> list[Polygon]:
+        """Repair the obstacles that touch a site and clip them to it."""
+        window = shapely.bounds(polygon)
+        if self.crs != crs:
+            window = transformer(crs, self.crs).transform_bounds(*window)
+        b = self._bounds
+        with np.errstate(invalid="ignore"):
+            hit = (b[:, 0] <= window[2]) & (b[:, 2] >= window[0])
+            hit &= (b[:, 1] <= window[3]) & (b[:, 3] >= window[1])
+        geometry, ids = self._geometry[hit].copy(), self._ids[hit]
+        if len(geometry) == 0:
+            return []
+        if self.crs != crs:
+            geometry = gpd.GeoSeries(geometry, crs=self.crs).to_crs(crs).to_numpy()
+        areas, ids = repair_polygons(geometry, ids, self.layer, crs, self._problems)
+        result = []
+        for area, feature in zip(areas, ids):
+            for part in shapely.get_parts(shapely.intersection(area, polygon)):
+                if part.geom_type != "Polygon" or part.area == 0:
+                    continue
+                if part.area < SMALLEST_OBSTACLE:
+                    what = f"covers {part.area:.1f} m2 of the site"
+                    self._problems.add(
+                        self.layer, feature, what, "left out as too small", "info", part, crs
+                    )
+                    continue
+                result.append(part)
+        return result
+
+
+def _sites_of(
+    polygons: gpd.GeoDataFrame, source_crs: CRS, layer: str, problems: Problems
+) -> list[tuple[Polygon, CRS, list[Any]]]:
+    """Repair and dissolve; each site comes with its working CRS and the ids it is made of."""
+    geometry = np.asarray(polygons.geometry.array, dtype=object).copy()
+    bounds = shapely.bounds(geometry).reshape(-1, 4)
+    finite = bounds[np.all(np.isfinite(bounds), axis=1)]
+    if len(finite) == 0:
+        raise InputError(
+            "has no polygon." if len(polygons) == 0 else "none of its geometries is usable.",
+            "Select or draw the polygon of the site and run again.",
+            layer=layer,
+        )
+    total = np.concatenate([finite[:, :2].min(axis=0), finite[:, 2:].max(axis=0)])
+    crs = working_crs(source_crs, total, layer)
+    ids = polygons.index.to_numpy()
+    areas, own = repair_polygons(
+        _project(geometry, source_crs, crs), ids, layer, crs, problems
+    )
+    pieces = dissolve(areas, own, layer, crs, problems)
+    if not pieces:
+        raise InputError(
+            "none of its polygons has an area that could be designed.",
+            "See whether the right layer and features are chosen; the coordinate reference "
+            "system may be wrong.",
+            layer=layer,
+        )
+    result = []
+    for polygon, features in pieces:
+        # a layer may span more than one projection can hold: then each site has its own
+        if distortion(crs, polygon.bounds) < DISTORTION:
+            result.append((polygon, crs, features))
+            continue
+        near = working_crs(crs, polygon.bounds, layer)
+        moved = _project(np.array([polygon], dtype=object), crs, near)
+        fixed, label = repair_polygons(moved, np.array([features[0]]), layer, near, problems)
+        result += [(p, near, features) for p, _ in dissolve(fixed, label, layer, near, problems)]
+    return result
+
+
+def _project(geometry: Geometries, source: CRS, target: CRS) -> Geometries:
+    if source == target:
+        return geometry
+    moved: Geometries = gpd.GeoSeries(geometry, crs=source).to_crs(target).to_numpy()
+    return moved
+
+
+def _names(polygons: gpd.GeoDataFrame) -> dict[Any, str]:
+    by_lower = {str(c).lower(): c for c in reversed(list(polygons.columns))}
+    for candidate in _NAME_COLUMNS:
+        if candidate in by_lower:
+            column = polygons[by_lower[candidate]]
+            return {i: v.strip() for i, v in column.items() if isinstance(v, str)}
+    return {}
+
+
+def _one_site(
+    task: _Task, polygon: Polygon, crs: CRS, feature: Any, number: int, name: str
+) -> Site:
+    stretches: MultiLineString = MultiLineString([polygon.exterior.coords])
+    streets: list[BoundaryStreet] = []
+    points: list[AccessPoint] = []
+    inner: list[BoundaryStreet] = []
+    if task.roads is not None:
+        network = task.roads.near(polygon, crs)
+        found = frontage(polygon, network, task.snap_distance)
+        stretches, streets = found.stretches, found.streets
+        points = access_points(polygon, network, found.lines, task.snap_distance)
+        if task.inner_roads == "keep":
+            inner = _inner_streets(polygon, network)
+        if stretches.is_empty:
+            _report_no_frontage(task, polygon, crs, feature, network)
+    barred = [] if task.obstacles is None else task.obstacles.inside(polygon, crs)
+    return Site(
+        name=name,
+        feature=feature if isinstance(feature, (int, str)) else str(feature),
+        polygon=polygon,
+        crs=crs,
+        source_crs=task.source_crs,
+        street_frontage=stretches,
+        boundary_streets=tuple(streets),
+        access_points=tuple(points),
+        inner_streets=tuple(inner),
+        obstacles=tuple(barred),
+        site_id=number,
+        snap_distance=task.snap_distance,
+    )
+
+
+def _inner_streets(polygon: Polygon, network: RoadNetwork) -> list[BoundaryStreet]:
+    """Cut the roads to the inside of the site."""
+    result = []
+    inside = shapely.buffer(polygon, -_ALONG_EDGE)
+    for j in np.flatnonzero(shapely.intersects(network.lines, inside)):
+        if shapely.covered_by(network.lines[j], polygon):
+            pieces = [network.lines[j]]
+        else:
+            cut = shapely.intersection(network.lines[j], polygon)
+            pieces = list(shapely.get_parts(shapely.line_merge(cut)))
+        for piece in pieces:
+            if isinstance(piece, LineString) and piece.length >= _SHORTEST_INNER:
+                street = BoundaryStreet(piece, str(network.names[j]), str(network.kinds[j]))
+                result.append(street)
+    return result
+
+
+def _report_no_frontage(
+    task: _Task, polygon: Polygon, crs: CRS, feature: Any, network: RoadNetwork
+) -> None:
+    if len(network.lines) == 0:
+        what = f"no road of layer '{task.road_layer}' comes near the site"
+    else:
+        gap = float(np.min(shapely.distance(network.lines, polygon)))
+        what = (
+            f"no road runs along the edge within {task.snap_distance:g} m; the nearest is "
+            f"{gap:.0f} m away"
+        )
+    todo = (
+        "the site has no street frontage: give a larger snap distance, another road layer, or "
+        "let streets end anywhere on the boundary (sink mode whole boundary)"
+    )
+    task.problems.add(task.layer, feature, what, todo, "warning", polygon, crs)

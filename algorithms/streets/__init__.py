@@ -1,0 +1,19 @@
+"""Street plans: network, levels, alignment, segments, blocks and their layers."""
+
+from .layers import plan_layers
+from .plan import SitePlan, StreetPlan, design_streets, edge_length, plan_site, site_mesh
+from .survey import Ground, Wishes, arriving_streets, survey
+
+__all__ = [
+    "Ground",
+    "SitePlan",
+    "StreetPlan",
+    "Wishes",
+    "arriving_streets",
+    "design_streets",
+    "edge_length",
+    "plan_layers",
+    "plan_site",
+    "site_mesh",
+    "survey",
+]

@@ -1,0 +1,198 @@
+"""A street plan as ordinary layers, in the CRS of the input."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import geopandas as gpd
+import numpy as np
+import pandas as pd
+from pyproj import CRS
+from shapely.geometry import Point
+
+from ..site.types import BoundaryStreet, Site
+from .plan import SitePlan, StreetPlan
+
+#: Speeds by level, km/h: 40, 30, 20 and 20 miles per hour (CND section 5.1).
+SPEED = {1: 64.0, 2: 48.0, 3: 32.0, 4: 32.0}
+
+#: Road classes (OpenStreetMap and common local ones) -> level of an existing street.
+CLASS_LEVEL = {
+    **dict.fromkeys(("motorway", "trunk", "primary", "secondary"), 1),
+    **dict.fromkeys(("tertiary", "collector"), 2),
+}
+
+COLUMNS: Mapping[str, Sequence[str]] = {
+    "streets": (
+        "street_id",
+        "site_id",
+        "level",
+        "status",
+        "length_m",
+        "dist_to_sink_m",
+        "dist_start_m",
+        "dist_end_m",
+        "direction",
+        "speed_kmh",
+        "name",
+    ),
+    "junctions": ("junction_id", "site_id", "valence", "is_sink", "dist_to_sink_m", "kind"),
+    "blocks": ("block_id", "site_id", "area_m2", "perimeter_m", "width_m", "length_m"),
+    "problems": ("layer", "feature", "problem", "action", "severity"),
+}
+
+Row = dict[str, Any]
+
+
+def plan_layers(plan: StreetPlan) -> dict[str, gpd.GeoDataFrame]:
+    """Give the layers of a street plan.
+
+    Returns
+    -------
+    dict of str to geopandas.GeoDataFrame
+        "streets": new streets between junctions, their connectors to the centre lines of
+        existing streets, and the existing streets beside the site. "junctions", "blocks" and
+        "problems" as their columns say (`COLUMNS`); lengths and distances in metres, areas in
+        square metres, speeds in km/h, measured in the working CRS.
+    """
+    parts: dict[str, list[gpd.GeoDataFrame]] = {key: [] for key in COLUMNS}
+    source = plan.plans[0].site.source_crs if plan.plans else CRS.from_epsg(4326)
+    for own in plan.plans:
+        rows = {
+            "streets": [*_new_streets(own), *_existing_streets(own.site)],
+            "junctions": _junctions(own),
+            "blocks": _blocks(own),
+            "problems": _problems(own),
+        }
+        for key, values in rows.items():
+            parts[key].append(_frame(values, COLUMNS[key], own.site.crs, source))
+    layers = {}
+    for key, frames in parts.items():
+        full = [frame for frame in frames if len(frame)]
+        joined = pd.concat(full, ignore_index=True) if full else _frame([], COLUMNS[key], source, source)
+        if not key.startswith("problem"):
+            joined[f"{key[:-1]}_id"] = np.arange(1, len(joined) + 1)
+        layers[key] = gpd.GeoDataFrame(joined, geometry="geometry", crs=source)
+    return layers
+
+
+def _frame(rows: list[Row], columns: Sequence[str], crs: CRS, source: CRS) -> gpd.GeoDataFrame:
+    """Rows as a frame in the source CRS."""
+    data = {c: [row.get(c) for row in rows] for c in columns}
+    geometry = gpd.GeoSeries([row["geometry"] for row in rows], crs=crs)
+    frame = gpd.GeoDataFrame(data, geometry=geometry, crs=crs)
+    return frame if crs == source else frame.to_crs(source)
+
+
+def _new_streets(plan: SitePlan) -> Iterable[Row]:
+    """Designed streets and their connectors."""
+    site_id = plan.site.site_id
+    for s in plan.segments:
+        yield {
+            "site_id": site_id,
+            "level": s.level,
+            "status": "new",
+            "length_m": s.line.length,
+            "dist_to_sink_m": s.distance,
+            "dist_start_m": s.dist_start,
+            "dist_end_m": s.dist_end,
+            "direction": s.direction,
+            "speed_kmh": SPEED[s.level],
+            "name": "",
+            "geometry": s.line,
+        }
+    mesh, level = plan.network.ground.mesh, plan.network.level
+    for v, line in plan.connectors.items():
+        own = int(min(level[e] for e in mesh.vertex_edges[v] if level[e] > 0))
+        point = plan.network.ground.arrivals.get(v)
+        yield {
+            "site_id": site_id,
+            "level": own,
+            "status": "connector",
+            "length_m": line.length,
+            "dist_to_sink_m": 0.0,
+            "dist_start_m": 0.0,
+            "dist_end_m": 0.0,
+            "direction": 1,
+            "speed_kmh": SPEED[own],
+            "name": point.name if point is not None else "",
+            "geometry": line,
+        }
+
+
+def _existing_streets(site: Site) -> Iterable[Row]:
+    """The streets beside the site and those kept inside."""
+    for street in (*site.boundary_streets, *site.inner_streets):
+        own = existing_level(street)
+        yield {
+            "site_id": site.site_id,
+            "level": own,
+            "status": "existing",
+            "length_m": street.line.length,
+            "dist_to_sink_m": 0.0,
+            "dist_start_m": 0.0,
+            "dist_end_m": 0.0,
+            "direction": 0,
+            "speed_kmh": SPEED[own],
+            "name": street.name,
+            "geometry": street.line,
+        }
+
+
+def existing_level(street: BoundaryStreet) -> int:
+    """Level of an existing street by its class; local where the class says nothing."""
+    return CLASS_LEVEL.get(street.kind.lower().removesuffix("_link"), 3)
+
+
+def _junctions(plan: SitePlan) -> Iterable[Row]:
+    """Where streets meet, end or leave the site."""
+    ground, level = plan.network.ground, plan.network.level
+    mesh = ground.mesh
+    distance = {v: d for s in plan.segments for v, d in ((s.start, s.dist_start), (s.end, s.dist_end))}
+    for v in sorted(distance):
+        streets = int(sum(level[e] > 0 for e in mesh.vertex_edges[v]))
+        on_edge = bool(mesh.boundary_vertices[v])
+        frontage = int(sum(ground.street[e] for e in mesh.vertex_edges[v]))
+        valence = streets + (frontage if on_edge else 0)
+        if v in ground.arrivals:
+            kind, valence = "continues street", valence + 1
+        elif on_edge and frontage:
+            kind = "meets street"
+        else:
+            names = {1: "dead end", 2: "bend", 3: "T-junction"}
+            kind = names.get(valence, "crossing")
+        yield {
+            "site_id": plan.site.site_id,
+            "valence": valence,
+            "is_sink": bool(ground.sinks[v]),
+            "dist_to_sink_m": distance[v],
+            "kind": kind,
+            "geometry": Point(plan.alignment.positions[v]),
+        }
+
+
+def _blocks(plan: SitePlan) -> Iterable[Row]:
+    """Blocks and their sizes."""
+    for block in plan.blocks:
+        yield {
+            "site_id": plan.site.site_id,
+            "area_m2": block.polygon.area,
+            "perimeter_m": block.polygon.length,
+            "width_m": block.width,
+            "length_m": block.length,
+            "geometry": block.polygon,
+        }
+
+
+def _problems(plan: SitePlan) -> Iterable[Row]:
+    """What could not be had, place by place."""
+    for xy in plan.uncovered:
+        yield {
+            "layer": plan.site.name,
+            "feature": str(plan.site.feature),
+            "problem": "No street comes near this place.",
+            "action": "left without a street: obstacles, walls or a bottleneck allow none",
+            "severity": "warning",
+            "geometry": Point(xy),
+        }

@@ -1,0 +1,260 @@
+"""Streets level by level: collectors first, then locals inside each of their blocks."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import networkx as nx
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import CancelledError
+from ..network import solve
+from ..network.problem import BoolArray, Clause, Design, NetworkProblem
+from ..network.specification import FORBID, Specification
+from ..progress import Deadline, Progress, SearchState, Silent
+from .program import COLLECTOR, LOCAL, level_problem
+from .survey import Ground
+
+#: Rounds in which rings on stems are cut off.
+LOLLIPOP_ROUNDS = 4
+#: What a ring on a stem may cost, in mesh edge lengths.
+LOLLIPOP_PENALTY = 6.0
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """One solved network problem."""
+
+    name: str
+    problem: NetworkProblem
+    design: Design
+
+
+@dataclass(frozen=True, eq=False)
+class LevelledNetwork:
+    """Chosen edges of a mesh and the level of each.
+
+    Attributes
+    ----------
+    ground
+        The ground on which the streets lie; for the rules as in the paper its mesh is the
+        subdivided one.
+    level
+        Shape (e,). Street level of each edge, 0 where there is no new street.
+    solved
+        The problems in the order in which they were solved.
+    """
+
+    ground: Ground
+    level: npt.NDArray[np.int64]
+    solved: tuple[Solved, ...] = field(default=())
+
+    @property
+    def objective(self) -> float:
+        """Sum of the objectives of all programs."""
+        return float(sum(s.design.objective for s in self.solved))
+
+    @property
+    def bound(self) -> float:
+        """Sum of the proven bounds: each program takes the levels above as given."""
+        return float(sum(s.design.bound for s in self.solved))
+
+    @property
+    def stopped(self) -> str:
+        """Why the search ended, the least final reason of all programs."""
+        reasons = [s.design.stopped for s in self.solved] or ["optimal"]
+        order = ("cancelled", "time", "gap", "optimal")
+        return min(reasons, key=order.index)
+
+
+def design_levels(
+    ground: Ground,
+    spec: Specification,
+    *,
+    seconds: float,
+    refine: object = None,
+    progress: Progress | None = None,
+) -> LevelledNetwork:
+    """Design the streets of one site (CND section 5.1).
+
+    Parameters
+    ----------
+    ground
+        The site and its mesh.
+    spec
+        What the planner asks.
+    seconds
+        Time for all solving.
+    refine
+        Function from the coarse ground and the collectors to the finer ground and the same
+        collectors on it, for the rules as in the paper; None keeps the mesh.
+    progress
+        Told of stages and incumbents; asked for cancellation.
+    """
+    progress = progress or Silent()
+    deadline = Deadline(seconds, progress)
+    level = np.zeros(len(ground.mesh.edges), dtype=np.int64)
+    solved: list[Solved] = []
+    if spec.levels == 2:
+        progress.stage("Collectors", 0.35)
+        problem = level_problem(ground, spec, COLLECTOR, level > 0)
+        first = solve_level(problem, spec, 0.5 * deadline.left, progress, "collectors")
+        solved.append(first)
+        level[first.design.active] = COLLECTOR
+        if callable(refine):
+            ground, level = refine(ground, level)
+    progress.stage("Local streets", 0.6)
+    for one in _locals(ground, spec, level, deadline, progress):
+        solved.append(one)
+    return LevelledNetwork(ground, level, tuple(solved))
+
+
+def _locals(
+    ground: Ground,
+    spec: Specification,
+    level: npt.NDArray[np.int64],
+    deadline: Deadline,
+    progress: Progress,
+) -> Iterator[Solved]:
+    """Solve the local streets block by block, the largest first; `level` is filled in."""
+    groups = face_groups(ground, level > 0)
+    groups.sort(key=lambda group: (-len(group), min(group)))
+    sizes = [len(group) for group in groups]
+    for i, group in enumerate(groups):
+        # a cancelled run keeps what it has; the collectors stand on their own
+        if progress.cancelled():
+            progress.warn("Cancelled: the blocks that were not reached have no local streets.")
+            return
+        problem = level_problem(ground, spec, LOCAL, level > 0)
+        part = restrict(problem, group)
+        if not part.candidate.any():
+            continue
+        share = max(1.0, deadline.left * sizes[i] / max(1, sum(sizes[i:])))
+        one = solve_level(part, spec, share, progress, f"block {i + 1} of {len(groups)}")
+        level[one.design.active] = LOCAL
+        progress.stage(f"Local streets, block {i + 1} of {len(groups)}", 0.6 + 0.3 * i / len(groups))
+        yield one
+
+
+def solve_level(
+    problem: NetworkProblem, spec: Specification, seconds: float, progress: Progress, name: str
+) -> Solved:
+    """Solve one problem, then again as long as rings on stems can be avoided."""
+    deadline = Deadline(seconds, progress)
+    design = solve(
+        problem,
+        time_limit=deadline.left,
+        gap=spec.gap,
+        seed=spec.seed,
+        solver=spec.solver,
+        progress=progress,
+    )
+    if spec.rules != "planner" or spec.dead_ends != FORBID:
+        return Solved(name, problem, design)
+    for _ in range(LOLLIPOP_ROUNDS):
+        cuts = lollipop_cuts(problem, design)
+        if not cuts or deadline.passed():
+            break
+        problem = dataclasses.replace(problem, clauses=(*problem.clauses, *cuts))
+        design = solve(
+            problem,
+            time_limit=max(0.5, deadline.left),
+            gap=spec.gap,
+            seed=spec.seed,
+            solver=spec.solver,
+            start=design.active,
+            progress=progress,
+        )
+    return Solved(name, problem, design)
+
+
+def lollipop_cuts(problem: NetworkProblem, design: Design) -> list[Clause]:
+    """Ask for a second exit of every part that hangs on a single street.
+
+    A part of the network behind a bridge has no dead end when it is a ring, and yet is one
+    for everybody who lives there. The clause asks for one more edge out of the part's
+    vertices; it is soft, since some corners of a site have one way in only.
+    """
+    mesh = problem.mesh
+    graph: nx.Graph = nx.Graph()
+    hub = -1
+    streets = np.flatnonzero(design.active | problem.existing)
+    for e in streets.tolist():
+        u, v = mesh.edges[e].tolist()
+        graph.add_edge(u, v)
+    for v in np.flatnonzero(problem.sinks).tolist():
+        # two strands, so that an edge between a sink and the hub is never a bridge
+        graph.add_edges_from([(v, ("out", v)), (("out", v), hub), (v, hub)])
+    if hub not in graph:
+        return []
+    cuts = []
+    for u, v in list(nx.bridges(graph)):
+        bridge = mesh.edge_between(u, v) if isinstance(u, int) and isinstance(v, int) else -1
+        if bridge < 0 or not design.active[bridge]:
+            continue
+        graph.remove_edge(u, v)
+        side = nx.node_connected_component(graph, u)
+        if hub in side:
+            side = nx.node_connected_component(graph, v)
+        graph.add_edge(u, v)
+        part = np.zeros(len(mesh.vertices), dtype=np.bool_)
+        part[[w for w in side if isinstance(w, int) and w >= 0]] = True
+        leaving = part[mesh.edges].sum(axis=1) == 1
+        others = np.flatnonzero(leaving & problem.candidate)
+        exits = tuple(int(e) for e in others if e != bridge)
+        if exits and part.sum() > 1:
+            cuts.append(Clause(exits, LOLLIPOP_PENALTY, "second exit"))
+    return cuts
+
+
+def face_groups(ground: Ground, streets: BoolArray) -> list[frozenset[int]]:
+    """Group the faces of the mesh into the areas that streets enclose."""
+    mesh = ground.mesh
+    graph: nx.Graph = nx.Graph()
+    graph.add_nodes_from(range(len(mesh.faces)))
+    open_edges = ~mesh.boundary_edges & ~streets & ~ground.street
+    graph.add_edges_from(mesh.edge_faces[open_edges].tolist())
+    return [frozenset(part) for part in nx.connected_components(graph)]
+
+
+def restrict(problem: NetworkProblem, faces: frozenset[int]) -> NetworkProblem:
+    """Cut a problem down to the edges inside a group of faces."""
+    mesh = problem.mesh
+    inside = np.zeros(len(mesh.edges), dtype=np.bool_)
+    inside[mesh.face_edges[sorted(faces)].ravel()] = True
+    candidate = problem.candidate & inside
+    corner = set(mesh.faces[sorted(faces)].ravel().tolist())
+    able = candidate | problem.existing
+    clauses = []
+    for clause in problem.clauses:
+        own = tuple(e for e in clause.edges if candidate[e])
+        if own:
+            clauses.append(dataclasses.replace(clause, edges=own))
+    patterns = [
+        dataclasses.replace(p, off=tuple(e for e in p.off if able[e]))
+        for p in problem.patterns
+        if all(able[e] for e in p.on) and any(candidate[e] for e in (*p.on, *p.off))
+    ]
+    touched = np.zeros(len(mesh.vertices), dtype=np.bool_)
+    touched[mesh.edges[candidate].ravel()] = True
+    cover = {
+        v: tuple(u for u in ball if touched[u])
+        for v, ball in problem.cover.items()
+        if v in corner and any(touched[u] for u in ball)
+    }
+    return dataclasses.replace(
+        problem,
+        candidate=candidate,
+        required=problem.required & candidate,
+        clauses=tuple(clauses),
+        patterns=tuple(patterns),
+        cover=cover,
+    )
+
+
+def search_state(network: LevelledNetwork, seconds: float) -> SearchState:
+    """Sum up a levelled network for the progress line."""
+    return SearchState(network.objective, network.bound, seconds)

@@ -1,0 +1,276 @@
+"""From the ground and the specification to the network problem of one street level.
+
+Two rule sets. With the planner's rules the cells of the mesh are as wide as a block, so that
+mesh lines are where streets belong; rules say which of them may be left out. With the rules as
+in the paper (CND section 4) a finer mesh, coverage and local rules decide alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..network import rules
+from ..network.problem import BoolArray, Clause, NetworkProblem, Pattern
+from ..network.specification import FORBID, Specification
+from .survey import Ground
+
+#: Levels in the output: 1 major, 2 collector, 3 local, 4 cul-de-sac.
+COLLECTOR, LOCAL = 2, 3
+
+
+@dataclass(frozen=True)
+class LevelRules:
+    """Weights of the planner's rules at one level, per mesh edge length.
+
+    Penalties are what a street of that many cells would cost: a vertex without cover is worth
+    building thirty cells of street, a block that is too long six.
+    """
+
+    end: float
+    bend: float
+    kink: float
+    carry_on: float
+    too_close: float
+    zigzag: float
+    cover_penalty: float = 30.0
+    width_penalty: float = 15.0
+
+
+PLANNER = {
+    COLLECTOR: LevelRules(end=0.8, bend=1.5, kink=0.5, carry_on=2.5, too_close=6.0, zigzag=5.0),
+    LOCAL: LevelRules(end=0.25, bend=1.2, kink=0.3, carry_on=2.0, too_close=0.0, zigzag=3.0),
+}
+
+
+def level_problem(
+    ground: Ground, spec: Specification, level: int, above: BoolArray
+) -> NetworkProblem:
+    """Build the network problem of one level, given the streets of the levels above.
+
+    Parameters
+    ----------
+    ground
+        What every edge of the mesh is.
+    spec
+        What the planner asks.
+    level
+        `COLLECTOR` or `LOCAL`.
+    above
+        Shape (e,). Streets designed already.
+    """
+    mesh = ground.mesh
+    existing = ground.street | above
+    sinks = ground.sinks.copy()
+    if above.any() and spec.sink_mode in ("streets", "boundary"):
+        # whoever reaches a street of the level above has arrived (CND section 5.1)
+        sinks[mesh.edges[above].ravel()] = True
+    candidate = prune_dead_ends(ground, spec, ground.free & ~existing, existing, sinks)
+    required = ground.required & ~existing
+    candidate |= required
+    active = np.zeros(len(mesh.vertices), dtype=np.bool_)
+    active[mesh.edges[existing].ravel()] = True
+    if spec.rules == "paper":
+        return _paper(ground, spec, level, existing, candidate, required, sinks, active)
+    return _planner(ground, spec, level, existing, candidate, required, sinks, active)
+
+
+def _planner(
+    ground: Ground,
+    spec: Specification,
+    level: int,
+    existing: BoolArray,
+    candidate: BoolArray,
+    required: BoolArray,
+    sinks: BoolArray,
+    active: BoolArray,
+) -> NetworkProblem:
+    """The planner's rules on a mesh whose cells are as wide as a block."""
+    mesh, weights = ground.mesh, PLANNER[level]
+    usable = existing | candidate
+    final = level == LOCAL or spec.levels == 1
+    patterns = rules.straightness(
+        mesh,
+        usable,
+        candidate,
+        end_weight=weights.end if spec.weight_straight is None else spec.weight_straight,
+        bend_weight=weights.bend if spec.weight_straight is None else spec.weight_straight,
+        kink_weight=weights.kink,
+    )
+    directions = {v: point.direction for v, point in ground.arrivals.items()}
+    carry_on = weights.carry_on if spec.weight_continue is None else spec.weight_continue
+    clauses = rules.continuations(mesh, directions, candidate, carry_on) if carry_on else []
+    if final:
+        clauses += _block_clauses(ground, spec, usable, weights)
+    else:
+        longest = 1.1 * max(spec.block_length, 3 * mesh.edge_length)
+        clauses += rules.block_length_windows(mesh, usable, longest, 8.0)
+    return _problem(
+        ground,
+        spec,
+        existing=existing,
+        candidate=candidate,
+        required=required,
+        sinks=sinks,
+        active=active,
+        cover_radius=int(spec.coverage or 1),
+        cover_penalty=weights.cover_penalty,
+        too_close=weights.too_close if spec.too_close is None else spec.too_close,
+        zigzags=weights.zigzag if spec.zigzags is None else spec.zigzags,
+        patterns=patterns,
+        clauses=_open(clauses, existing),
+    )
+
+
+def _block_clauses(
+    ground: Ground,
+    spec: Specification,
+    usable: BoolArray,
+    weights: LevelRules,
+) -> list[Clause]:
+    """Blocks one cell wide and no longer than asked; the longer, the dearer."""
+    mesh = ground.mesh
+    clauses: list[Clause] = []
+    for factor, penalty in ((1.0, 0.9), (1.12, 2.5), (1.35, 8.0)):
+        clauses += rules.block_length_windows(
+            mesh, usable, factor * spec.block_length, penalty
+        )
+    clauses += rules.block_width_corners(
+        mesh,
+        usable,
+        ground.barred & ~usable,
+        spec.block_width,
+        weights.width_penalty,
+        ground.green_faces,
+    )
+    return clauses
+
+
+def _paper(
+    ground: Ground,
+    spec: Specification,
+    level: int,
+    existing: BoolArray,
+    candidate: BoolArray,
+    required: BoolArray,
+    sinks: BoolArray,
+    active: BoolArray,
+) -> NetworkProblem:
+    """The rules of CND section 4: coverage, local rules, length and distance."""
+    radius = spec.coverage
+    if radius is None:
+        radius = 2.0 if level == COLLECTOR else 1.0
+    return _problem(
+        ground,
+        spec,
+        existing=existing,
+        candidate=candidate,
+        required=required,
+        sinks=sinks,
+        active=active,
+        cover_radius=radius,
+        cover_penalty=100.0,
+        too_close=FORBID if spec.too_close is None else spec.too_close,
+        zigzags=5.0 if spec.zigzags is None else spec.zigzags,
+        patterns=[],
+        clauses=[],
+    )
+
+
+def _problem(
+    ground: Ground,
+    spec: Specification,
+    *,
+    existing: BoolArray,
+    candidate: BoolArray,
+    required: BoolArray,
+    sinks: BoolArray,
+    active: BoolArray,
+    cover_radius: float,
+    cover_penalty: float,
+    too_close: float,
+    zigzags: float,
+    patterns: list[Pattern],
+    clauses: list[Clause],
+) -> NetworkProblem:
+    """Fill in what both rule sets share."""
+    mesh = ground.mesh
+    metric = spec.coverage_unit == "metres" and spec.coverage is not None
+    able = np.zeros(len(mesh.vertices), dtype=np.bool_)
+    able[mesh.edges[candidate].ravel()] = True
+    balls = rules.coverage_balls(
+        mesh,
+        needs_cover(ground),
+        active,
+        edges=None if metric else round(cover_radius),
+        metres=cover_radius if metric else None,
+    )
+    cover = {v: tuple(u for u in ball if able[u]) for v, ball in balls.items()}
+    return NetworkProblem(
+        mesh=mesh,
+        existing=existing,
+        candidate=candidate,
+        sinks=sinks,
+        length=mesh.lengths / mesh.edge_length,
+        required=required,
+        edge_factor=np.ones(len(mesh.edges)),
+        weight_length=spec.weight_length,
+        weight_distance=spec.weight_distance,
+        cover={v: ball for v, ball in cover.items() if ball},
+        cover_radius=None if metric else round(cover_radius),
+        cover_penalty=cover_penalty,
+        dead_ends=spec.dead_ends,
+        branches=spec.branches,
+        zigzags=zigzags,
+        too_close=too_close,
+        t_junctions=spec.t_junctions,
+        patterns=tuple(patterns),
+        clauses=tuple(clauses),
+    )
+
+
+def _open(clauses: list[Clause], existing: BoolArray) -> list[Clause]:
+    """Leave out clauses that existing streets satisfy already."""
+    return [c for c in clauses if not any(existing[e] for e in c.edges)]
+
+
+def needs_cover(ground: Ground) -> list[int]:
+    """Vertices from which a street must be near: not at walls, in tips or on obstacles.
+
+    At a wall there is nobody on the other side; in a tip (a corner vertex with no inner edge
+    of its own) the streets along both sides are near enough.
+    """
+    mesh = ground.mesh
+    skip = np.zeros(len(mesh.vertices), dtype=np.bool_)
+    skip[mesh.edges[ground.walls].ravel()] = True
+    skip |= mesh.boundary_vertices & (mesh.valences == 2)
+    green = np.zeros(len(mesh.vertices), dtype=np.int64)
+    faces_at = np.bincount(mesh.faces.ravel(), minlength=len(green))
+    if ground.green_faces:
+        green = np.bincount(mesh.faces[sorted(ground.green_faces)].ravel(), minlength=len(green))
+    skip |= green == faces_at
+    return np.flatnonzero(~skip).tolist()
+
+
+def prune_dead_ends(
+    ground: Ground,
+    spec: Specification,
+    candidate: BoolArray,
+    existing: BoolArray,
+    sinks: BoolArray,
+) -> BoolArray:
+    """Take out candidate edges that could only be dead ends, where these are forbidden."""
+    keep = candidate.copy()
+    if spec.dead_ends != FORBID:
+        return keep
+    mesh = ground.mesh
+    ends = sinks.copy()
+    ends[mesh.edges[existing].ravel()] = True
+    while True:
+        degree = np.bincount(mesh.edges[keep].ravel(), minlength=len(mesh.vertices))
+        stub = (degree == 1) & ~ends
+        dead = keep & stub[mesh.edges].any(axis=1)
+        if not dead.any():
+            return keep
+        keep &= ~dead

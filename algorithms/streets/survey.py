@@ -1,0 +1,309 @@
+"""What the ground says about every edge of a candidate mesh: street, wall, barred or free."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from shapely.geometry import LineString, Point
+
+from ..errors import InputError
+from ..mesh import QuadMesh
+from ..network.problem import BoolArray, FloatArray
+from ..network.specification import Specification
+from ..site.types import AccessPoint, Site
+
+#: Overlap of an edge with an obstacle or forbidden place that is let pass (metres).
+TOUCH = 2.0
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """Places that a planner names on top of the site, in the working CRS (metres).
+
+    Attributes
+    ----------
+    sinks
+        Points where traffic leaves (sink mode "points"), shape (n, 2).
+    required
+        Lines along which a street must run.
+    forbidden
+        Lines or polygons that no street may cross or follow.
+    """
+
+    sinks: Sequence[tuple[float, float]] = ()
+    required: Sequence[LineString] = ()
+    forbidden: Sequence[shapely.Geometry] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """A site as seen from the edges (e) and vertices (n) of its candidate mesh.
+
+    Attributes
+    ----------
+    site, mesh
+        The site and its mesh.
+    street
+        Shape (e,). Boundary edges along existing streets, and kept streets inside.
+    barred
+        Shape (e,). Edges where no street may run: walls, obstacles, foreign ground,
+        forbidden places.
+    required
+        Shape (e,). Edges that must be streets.
+    sinks
+        Shape (n,). Vertices where traffic leaves.
+    arrivals
+        Boundary vertex -> the access point that it meets.
+    green_faces
+        Faces that lie mostly on obstacles: they need no street.
+    """
+
+    site: Site
+    mesh: QuadMesh
+    street: BoolArray
+    barred: BoolArray
+    required: BoolArray
+    sinks: BoolArray
+    arrivals: dict[int, AccessPoint]
+    green_faces: frozenset[int]
+
+    @property
+    def free(self) -> BoolArray:
+        """Shape (e,). Edges that may be chosen, before pruning."""
+        return ~self.street & ~self.barred & ~self.mesh.boundary_edges
+
+    @property
+    def walls(self) -> BoolArray:
+        """Shape (e,). Boundary edges without a street."""
+        return self.mesh.boundary_edges & ~self.street
+
+
+def arriving_streets(site: Site, spacing: float) -> list[AccessPoint]:
+    """Choose the access points that are worth continuing, no two nearer than `spacing`.
+
+    The one that meets the boundary most squarely goes first; ties by position, so that the
+    choice does not depend on the order of the layer.
+    """
+    ring = site.polygon.exterior
+    rated = []
+    for point in site.access_points:
+        along = ring.project(Point(point.xy))
+        a, b = (np.array(ring.interpolate(along + d).coords[0]) for d in (-5.0, 5.0))
+        tangent = (b - a) / (np.hypot(*(b - a)) or 1.0)
+        square = abs(float(tangent[0] * point.direction[1] - tangent[1] * point.direction[0]))
+        rated.append((-round(square, 3), point.xy, point))
+    chosen: list[AccessPoint] = []
+    for _, _, point in sorted(rated, key=lambda item: item[:2]):
+        if all(math.dist(point.xy, other.xy) >= spacing for other in chosen):
+            chosen.append(point)
+    return chosen
+
+
+def survey(
+    site: Site,
+    mesh: QuadMesh,
+    spec: Specification,
+    *,
+    attracted: Sequence[AccessPoint] = (),
+    wishes: Wishes | None = None,
+) -> Ground:
+    """Read from a site what each edge and vertex of its mesh is.
+
+    Parameters
+    ----------
+    site
+        The site.
+    mesh
+        Its candidate mesh.
+    spec
+        Decides which vertices are sinks.
+    attracted
+        The access points to which `mesh.attracted` refers.
+    wishes
+        Given sinks, required and forbidden places.
+
+    Raises
+    ------
+    InputError
+        If a sink lies outside the site or on an obstacle, a required line on forbidden
+        ground, or if no sink is left.
+    """
+    wishes = wishes or Wishes()
+    street = mesh.boundary_edges & (
+        _along_frontage(site, mesh) | np.full(len(mesh.edges), spec.sink_mode == "boundary")
+    )
+    blocked = shapely.union_all([*site.obstacles, *wishes.forbidden])
+    barred = (mesh.foreign | _overlaps(mesh, blocked)) & ~street
+    barred |= mesh.boundary_edges & ~street
+    arrivals = {v: attracted[i] for v, i in mesh.attracted.items() if i < len(attracted)}
+    required = _required_edges(site, mesh, barred | mesh.boundary_edges, wishes.required)
+    sinks = _sinks(site, mesh, spec, street, arrivals, wishes)
+    return Ground(
+        site, mesh, street, barred, required, sinks, arrivals, _green_faces(mesh, site)
+    )
+
+
+def _along_frontage(site: Site, mesh: QuadMesh) -> BoolArray:
+    """Mark boundary edges of which most of the course lies along the street frontage."""
+    mark = np.zeros(len(mesh.edges), dtype=np.bool_)
+    if site.street_frontage.is_empty:
+        return mark
+    edges = np.flatnonzero(mesh.boundary_edges)
+    near = shapely.buffer(site.street_frontage, 1.0)
+    shapely.prepare(near)
+    ring = site.polygon.boundary
+    shares = np.array([0.1, 0.25, 0.4, 0.5, 0.6, 0.75, 0.9])
+    lines = np.array([LineString(mesh.edge_line(int(e))) for e in edges])
+    samples = shapely.line_interpolate_point(
+        lines[:, None], shares[None, :], normalized=True
+    )
+    # the mesh follows a cleaned outline, up to half an edge length off the true one
+    feet = shapely.line_interpolate_point(ring, shapely.line_locate_point(ring, samples))
+    reached = shapely.intersects(near, feet)
+    reached &= shapely.distance(samples, feet) < 0.5 * mesh.edge_length
+    mark[edges] = reached.mean(axis=1) > 0.5
+    return mark
+
+
+def _overlaps(mesh: QuadMesh, blocked: shapely.Geometry) -> BoolArray:
+    """Mark edges that run on blocked ground for more than a touch."""
+    if blocked.is_empty:
+        return np.zeros(len(mesh.edges), dtype=np.bool_)
+    lines = shapely.linestrings(mesh.vertices[mesh.edges])
+    ground = shapely.buffer(blocked, 0.01)
+    shapely.prepare(ground)
+    hit = shapely.intersects(ground, lines)
+    inside = shapely.length(shapely.intersection(lines[hit], ground))
+    mark = np.zeros(len(mesh.edges), dtype=np.bool_)
+    # a forbidden line has no width: crossing it at all is too much
+    limit = TOUCH if blocked.area > 0 else 0.0
+    mark[np.flatnonzero(hit)] = inside > limit
+    return mark
+
+
+def _green_faces(mesh: QuadMesh, site: Site) -> frozenset[int]:
+    """Faces of which more than half is obstacle."""
+    union = site.obstacle_union
+    if union.is_empty:
+        return frozenset()
+    faces = shapely.polygons(mesh.vertices[mesh.faces])
+    covered = shapely.area(shapely.intersection(faces, union))
+    return frozenset(np.flatnonzero(covered > 0.5 * shapely.area(faces)).tolist())
+
+
+def _required_edges(
+    site: Site, mesh: QuadMesh, barred: BoolArray, lines: Sequence[LineString]
+) -> BoolArray:
+    """Lay each required line on the mesh as the path that stays nearest to it."""
+    mark = np.zeros(len(mesh.edges), dtype=np.bool_)
+    if not lines:
+        return mark
+    import networkx as nx
+
+    inside = shapely.buffer(site.polygon, 1.0)
+    graph = nx.Graph()
+    for i, line in enumerate(lines):
+        wished = shapely.intersection(line, inside)
+        if shapely.length(wished) < 0.25 * mesh.edge_length:
+            raise InputError(
+                "The required street does not lie in the site.",
+                "Move it into the site or leave it out.",
+                layer="Required streets",
+                feature=i,
+            )
+        if shapely.length(shapely.intersection(wished, site.obstacle_union)) > TOUCH:
+            raise InputError(
+                "The required street runs through an obstacle.",
+                "Move the street, or take the obstacle out of the obstacle layer.",
+                layer="Required streets",
+                feature=i,
+            )
+        away = shapely.distance(shapely.linestrings(mesh.vertices[mesh.edges]), wished)
+        middle = shapely.distance(shapely.points(mesh.vertices[mesh.edges].mean(axis=1)), wished)
+        cost = mesh.lengths * (1.0 + ((away + middle) / (0.15 * mesh.edge_length)) ** 2)
+        graph.clear()
+        for e in np.flatnonzero(~barred).tolist():
+            graph.add_edge(*mesh.edges[e].tolist(), weight=float(cost[e]), edge=e)
+        ends = [_nearest(mesh, graph.nodes, c) for c in (line.coords[0], line.coords[-1])]
+        try:
+            path = nx.shortest_path(graph, *ends, weight="weight")
+        except nx.NetworkXNoPath:
+            raise InputError(
+                "The required street cannot be laid on the candidate mesh: obstacles or "
+                "forbidden places cut it.",
+                "Move the street or the obstacles.",
+                layer="Required streets",
+                feature=i,
+            ) from None
+        for u, v in zip(path, path[1:], strict=False):
+            mark[graph[u][v]["edge"]] = True
+    return mark
+
+
+def _nearest(mesh: QuadMesh, vertices: Sequence[int], xy: tuple[float, ...]) -> int:
+    """The vertex among some that lies nearest to a position."""
+    among = np.array(sorted(vertices))
+    gaps: FloatArray = np.hypot(*(mesh.vertices[among] - np.asarray(xy[:2])).T)
+    return int(among[gaps.argmin()])
+
+
+def _sinks(
+    site: Site,
+    mesh: QuadMesh,
+    spec: Specification,
+    street: BoolArray,
+    arrivals: dict[int, AccessPoint],
+    wishes: Wishes,
+) -> BoolArray:
+    """Mark the vertices where traffic leaves."""
+    mark = np.zeros(len(mesh.vertices), dtype=np.bool_)
+    if spec.sink_mode in ("streets", "boundary"):
+        mark[mesh.edges[street].ravel()] = True
+        remedy = (
+            "Add the road layer, enlarge the snap distance so that roads beside the site are "
+            "found, or let the whole boundary be the sink."
+        )
+    elif spec.sink_mode == "access":
+        on_street = np.flatnonzero(mesh.boundary_vertices)
+        mark[list(arrivals)] = True
+        for point in site.access_points:
+            near = _nearest(mesh, on_street, point.xy)  # type: ignore[arg-type]
+            if math.dist(mesh.vertices[near], point.xy) < 0.5 * mesh.edge_length:
+                mark[near] = True
+        remedy = "Give a road layer whose streets reach the site, or choose another sink mode."
+    else:
+        for i, xy in enumerate(wishes.sinks):
+            mark[_sink_vertex(site, mesh, xy, i)] = True
+        remedy = "Give sink points inside the site or at its edge."
+    if not mark.any():
+        raise InputError(
+            "Nowhere does traffic leave this site: there is no sink.",
+            remedy,
+            layer=site.name,
+            feature=site.feature,
+        )
+    return mark
+
+
+def _sink_vertex(site: Site, mesh: QuadMesh, xy: tuple[float, float], i: int) -> int:
+    """The mesh vertex of a given sink; refuse sinks outside or on obstacles."""
+    point = Point(xy)
+    if site.polygon.distance(point) > 0.5 * mesh.edge_length:
+        raise InputError(
+            f"The sink lies {site.polygon.distance(point):.0f} m outside the site.",
+            "Move it into the site or to its edge.",
+            layer="Sinks",
+            feature=i,
+        )
+    if any(obstacle.contains(point) for obstacle in site.obstacles):
+        raise InputError(
+            "The sink lies on an obstacle.",
+            "Move it, or take the obstacle out of the obstacle layer.",
+            layer="Sinks",
+            feature=i,
+        )
+    return _nearest(mesh, range(len(mesh.vertices)), xy)

@@ -1,0 +1,181 @@
+"""QGIS features to GeoDataFrames and back; no other module touches both worlds."""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from qgis.core import (
+    QgsCoordinateReferenceSystem,
+    QgsFeature,
+    QgsFeatureRequest,
+    QgsFeatureSink,
+    QgsFields,
+    QgsGeometry,
+    QgsProcessingFeatureSource,
+    QgsWkbTypes,
+)
+
+from . import compat
+from .progress import FeedbackProgress
+
+if TYPE_CHECKING:
+    import geopandas
+
+#: Features between two looks at the Cancel button.
+CHUNK = 1000
+
+
+class CancelledWhileReadingError(Exception):
+    """The run was cancelled while a layer was read; there is nothing to keep."""
+
+
+class SinkError(Exception):
+    """An output layer refused features."""
+
+
+def crs_text(crs: QgsCoordinateReferenceSystem) -> str | None:
+    """Return a CRS as pyproj reads it, or None where the layer has none."""
+    if not crs.isValid():
+        return None
+    if crs.authid().startswith("EPSG:"):
+        return crs.authid()
+    return crs.toWkt(QgsCoordinateReferenceSystem.WktVariant.WKT2_2019)
+
+
+def _wkb(geometry: QgsGeometry) -> bytes | None:
+    """Return well-known binary that GEOS reads: curves as segments, no measures."""
+    if geometry.isNull():
+        return None
+    if QgsWkbTypes.isCurvedType(geometry.wkbType()):
+        geometry.convertToStraightSegment()
+    if QgsWkbTypes.hasM(geometry.wkbType()):
+        geometry.get().dropMValue()
+    return bytes(geometry.asWkb().data())
+
+
+def _plain(value: Any) -> Any:
+    """Return an attribute as a plain Python value."""
+    if compat.is_null(value):
+        return None
+    if isinstance(value, (bool, int, float, str, datetime.date, datetime.time)):
+        return value
+    if hasattr(value, "toPyDateTime"):
+        return value.toPyDateTime()
+    if hasattr(value, "toPyDate"):
+        return value.toPyDate()
+    return str(value)
+
+
+def read_source(source: QgsProcessingFeatureSource, progress: FeedbackProgress) -> Any:
+    """Return the features of a source as a GeoDataFrame.
+
+    Selection, filters and edits count as Processing applies them. Invalid geometries are read
+    as they are, since the library repairs and reports them; curves become segments; measures
+    are dropped; NULL geometries and attributes become None.
+
+    Returns
+    -------
+    geopandas.GeoDataFrame
+        The index is the feature id; the CRS is the source's, or None.
+
+    Raises
+    ------
+    CancelledWhileReadingError
+        The run was cancelled meanwhile.
+    """
+    import geopandas
+    import pandas
+    import shapely
+
+    names = [field.name() for field in source.fields()]
+    rows: list[list[Any]] = []
+    wkb: list[bytes | None] = []
+    ids: list[int] = []
+    total = max(source.featureCount(), 1)
+    features = source.getFeatures(QgsFeatureRequest(), compat.SKIP_VALIDITY_CHECK)
+    for count, feature in enumerate(features):
+        if count % CHUNK == 0:
+            if progress.cancelled():
+                raise CancelledWhileReadingError
+            progress.fraction(count / total)
+        rows.append([_plain(value) for value in feature.attributes()])
+        wkb.append(_wkb(feature.geometry()))
+        ids.append(feature.id())
+    # A column that is called like the geometry must not replace it.
+    names = [name if name != "geometry" else "geometry_field" for name in names]
+    table = pandas.DataFrame(rows, columns=names, index=ids)
+    shapes = shapely.from_wkb(wkb, on_invalid="ignore") if wkb else []
+    return geopandas.GeoDataFrame(table, geometry=shapes, crs=crs_text(source.sourceCrs()))
+
+
+_CASTS = {"integer": int, "number": float, "text": str, "yes/no": bool}
+
+
+def _cast(values: Sequence[Any], kind: str) -> list[Any]:
+    """Return the values of a column as the kind of its field says; NaN becomes None."""
+    cast = _CASTS[kind]
+    # NaN is the one value that differs from itself; infinity has no place in a table either.
+    return [
+        None if value is None or value != value or value in _INFINITE else cast(value)
+        for value in values
+    ]
+
+
+_INFINITE = (float("inf"), float("-inf"))
+
+
+def _to_qgis(shape: bytes | None, geometry_type: Any) -> QgsGeometry:
+    geometry = QgsGeometry()
+    if shape is None:
+        return geometry
+    geometry.fromWkb(shape)
+    parts = geometry.coerceToType(geometry_type)
+    return parts[0] if len(parts) == 1 else geometry
+
+
+def write_frame(
+    frame: geopandas.GeoDataFrame,
+    fields: QgsFields,
+    kinds: Sequence[str],
+    sink: QgsFeatureSink,
+    geometry_type: Any,
+) -> None:
+    """Write all rows of a GeoDataFrame into a sink, the declared fields only.
+
+    Parameters
+    ----------
+    frame
+        Columns that `fields` names and that are absent here are written as NULL.
+    fields, kinds
+        The fields of the sink and the kind of each, as in `compat.make_field`.
+    sink
+        Where the features go.
+    geometry_type
+        Geometry type of the sink.
+
+    Raises
+    ------
+    SinkError
+        The sink refused features, as on a full disk.
+    """
+    import shapely
+
+    shapes = shapely.to_wkb(frame.geometry.to_numpy(), include_srid=False, output_dimension=2)
+    columns = [
+        _cast(frame[field.name()].tolist(), kind)
+        if field.name() in frame.columns
+        else [None] * len(frame)
+        for field, kind in zip(fields, kinds)
+    ]
+    batch: list[QgsFeature] = []
+    for row, shape in enumerate(shapes):
+        feature = QgsFeature(fields)
+        feature.setGeometry(_to_qgis(shape, geometry_type))
+        feature.setAttributes([column[row] for column in columns])
+        batch.append(feature)
+    if batch and not sink.addFeatures(batch, compat.FAST_INSERT):
+        text = sink.lastError() if hasattr(sink, "lastError") else ""
+        msg = text or "no reason given"
+        raise SinkError(msg)

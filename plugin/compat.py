@@ -1,0 +1,100 @@
+"""One code base for QGIS 3.22 (Qt 5) to the newest (Qt 6): enumerations and field types.
+
+Members of enumerations are always written with the name of their enumeration, since Qt 6 has
+no others. Where QGIS has moved an enumeration to another class, `_first` takes the place that
+the running version knows.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from qgis import core
+from qgis.core import NULL, Qgis, QgsField
+from qgis.PyQt.QtCore import QVariant
+
+_QMETATYPE_FIELDS = 33800
+
+
+def _first(*paths: str) -> Any:
+    """Return what the first of the dotted names in `qgis.core` that exists stands for."""
+    for path in paths:
+        found: Any = core
+        for part in path.split("."):
+            found = getattr(found, part, None)
+            if found is None:
+                break
+        else:
+            return found
+    msg = f"This version of QGIS has none of: {', '.join(paths)}"
+    raise AttributeError(msg)
+
+
+def _source(name: str) -> Any:
+    return _first(f"Qgis.ProcessingSourceType.{name}", f"QgsProcessing.SourceType.Type{name}")
+
+
+def _wkb(name: str) -> Any:
+    return _first(f"Qgis.WkbType.{name}", f"QgsWkbTypes.Type.{name}")
+
+
+SOURCE_POLYGON = _source("VectorPolygon")
+SOURCE_LINE = _source("VectorLine")
+SOURCE_POINT = _source("VectorPoint")
+
+#: Geometry types of the output layers by the names that `fields` uses.
+WKB = {name: _wkb(name) for name in ("Point", "LineString", "Polygon", "MultiPolygon")}
+
+NUMBER_FLOAT = _first(
+    "Qgis.ProcessingNumberParameterType.Double", "QgsProcessingParameterNumber.Type.Double"
+)
+NUMBER_INTEGER = _first(
+    "Qgis.ProcessingNumberParameterType.Integer", "QgsProcessingParameterNumber.Type.Integer"
+)
+ADVANCED = _first(
+    "Qgis.ProcessingParameterFlag.Advanced", "QgsProcessingParameterDefinition.Flag.FlagAdvanced"
+)
+SKIP_VALIDITY_CHECK = _first(
+    "Qgis.ProcessingFeatureSourceFlag.SkipGeometryValidityChecks",
+    "QgsProcessingFeatureSource.Flag.FlagSkipGeometryValidityChecks",
+)
+FAST_INSERT = _first("QgsFeatureSink.Flag.FastInsert")
+MILLIMETRES = _first("Qgis.RenderUnit.Millimeters", "QgsUnitTypes.RenderUnit.RenderMillimeters")
+METRES_AT_SCALE = _first(
+    "Qgis.RenderUnit.MetersInMapUnits", "QgsUnitTypes.RenderUnit.RenderMetersInMapUnits"
+)
+
+
+def _field_types() -> dict[str, Any]:
+    if Qgis.versionInt() >= _QMETATYPE_FIELDS:
+        from qgis.PyQt.QtCore import QMetaType
+
+        kinds = QMetaType.Type
+        return {
+            "integer": kinds.Int,
+            "number": kinds.Double,
+            "text": kinds.QString,
+            "yes/no": kinds.Bool,
+        }
+    return {
+        "integer": QVariant.Type.Int,
+        "number": QVariant.Type.Double,
+        "text": QVariant.Type.String,
+        "yes/no": QVariant.Type.Bool,
+    }
+
+
+FIELD_TYPES = _field_types()
+
+
+def make_field(name: str, kind: str) -> QgsField:
+    """Return a field of one of the kinds "integer", "number", "text" and "yes/no".
+
+    QGIS wants a `QMetaType` from 3.38 on and a `QVariant` type before.
+    """
+    return QgsField(name, FIELD_TYPES[kind])
+
+
+def is_null(value: Any) -> bool:
+    """Tell whether an attribute is missing: None, or the NULL of QGIS, which is not None."""
+    return value is None or value == NULL

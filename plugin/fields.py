@@ -1,0 +1,205 @@
+"""The layers that the tools write: geometry type, fields with units, readable names.
+
+Sinks, help texts and tests are all made from these declarations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from qgis.core import QgsFields
+
+from . import compat
+
+
+@dataclass(frozen=True)
+class Field:
+    """One field: its name, its kind (see `compat.make_field`) and what it says."""
+
+    name: str
+    kind: str
+    text: str
+
+
+@dataclass(frozen=True)
+class LayerKind:
+    """One kind of output layer.
+
+    Attributes
+    ----------
+    key
+        Key of the layer among those that the library returns.
+    title
+        Name of the layer in QGIS.
+    geometry
+        Name of the geometry type, a key of `compat.WKB`.
+    fields
+        The fields, in their order.
+    style
+        Name of the style in `styles`.
+    """
+
+    key: str
+    title: str
+    geometry: str
+    fields: tuple[Field, ...]
+    style: str
+
+    @property
+    def wkb(self) -> Any:
+        """Geometry type of the sink."""
+        return compat.WKB[self.geometry]
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds of the fields."""
+        return tuple(field.kind for field in self.fields)
+
+    def qgs_fields(self) -> QgsFields:
+        """Return the fields for a sink."""
+        fields = QgsFields()
+        for field in self.fields:
+            fields.append(compat.make_field(field.name, field.kind))
+        return fields
+
+
+_SITE_ID = Field("site_id", "integer", "number of the site, from 1, as in the site layer")
+
+PROBLEMS = LayerKind(
+    "problems",
+    "Problems",
+    "Point",
+    (
+        Field("layer", "text", "the layer with the problem"),
+        Field("feature", "text", "id of the feature in it, empty where it concerns no one"),
+        Field("problem", "text", "what is wrong"),
+        Field("action", "text", "what was done, or what to do"),
+        Field("severity", "text", "info, warning or error"),
+    ),
+    "problems",
+)
+STREETS = LayerKind(
+    "streets",
+    "Streets",
+    "LineString",
+    (
+        Field("street_id", "integer", "number of the street, from 1"),
+        _SITE_ID,
+        Field("level", "integer", "1 major, 2 collector, 3 local, 4 cul-de-sac"),
+        Field("status", "text", "new, existing, or connector (to the road outside)"),
+        Field("length_m", "number", "length in metres"),
+        Field("dist_to_sink_m", "number", "shortest way to leave the site, mean of both ends, m"),
+        Field("dist_start_m", "number", "the same from the first point of the line, m"),
+        Field("dist_end_m", "number", "the same from the last point of the line, m"),
+        Field("direction", "integer", "way out: 1 along the line, -1 against it, 0 level"),
+        Field("speed_kmh", "number", "design speed in km/h"),
+        Field("name", "text", "name of the street, where it has one"),
+    ),
+    "streets",
+)
+JUNCTIONS = LayerKind(
+    "junctions",
+    "Junctions",
+    "Point",
+    (
+        Field("junction_id", "integer", "number of the junction, from 1"),
+        _SITE_ID,
+        Field("valence", "integer", "number of streets that meet here"),
+        Field("is_sink", "yes/no", "whether traffic leaves the site here"),
+        Field("dist_to_sink_m", "number", "shortest way along streets to leave the site, m"),
+        Field("kind", "text", "what it is: crossing, T-junction, bend, end, exit"),
+    ),
+    "junctions",
+)
+BLOCKS = LayerKind(
+    "blocks",
+    "Blocks",
+    "Polygon",
+    (
+        Field("block_id", "integer", "number of the block, from 1"),
+        _SITE_ID,
+        Field("area_m2", "number", "area in square metres"),
+        Field("perimeter_m", "number", "perimeter in metres"),
+        Field("width_m", "number", "short side of the smallest rectangle around it, m"),
+        Field("length_m", "number", "long side of that rectangle, m"),
+    ),
+    "blocks",
+)
+SITE = LayerKind(
+    "site",
+    "Site",
+    "Polygon",
+    (
+        _SITE_ID,
+        Field("name", "text", "name of the site, where it has one"),
+        Field("area_m2", "number", "area in square metres"),
+        Field("area_ha", "number", "area in hectares"),
+        Field("perimeter_m", "number", "perimeter with all holes, in metres"),
+    ),
+    "site",
+)
+BOUNDARY_STREETS = LayerKind(
+    "boundary_streets",
+    "Boundary streets",
+    "LineString",
+    (
+        _SITE_ID,
+        Field("name", "text", "name of the street, where it has one"),
+        Field("kind", "text", "class of the road as given, such as the OpenStreetMap value"),
+        Field("length_m", "number", "length in metres"),
+    ),
+    "existing",
+)
+ACCESS_POINTS = LayerKind(
+    "access_points",
+    "Access points",
+    "Point",
+    (
+        _SITE_ID,
+        Field("name", "text", "name of the street that arrives here"),
+        Field("bearing_deg", "number", "direction into the site, degrees clockwise from north"),
+    ),
+    "access",
+)
+SITE_OBSTACLES = LayerKind(
+    "site_obstacles",
+    "Site obstacles",
+    "MultiPolygon",
+    (_SITE_ID, Field("area_m2", "number", "area in square metres")),
+    "obstacles",
+)
+EDGES = LayerKind(
+    "edges",
+    "Mesh edges",
+    "LineString",
+    (
+        Field("edge_id", "integer", "number of the edge, from 0"),
+        _SITE_ID,
+        Field("length_m", "number", "length in metres"),
+    ),
+    "edges",
+)
+VERTICES = LayerKind(
+    "vertices",
+    "Mesh vertices",
+    "Point",
+    (
+        Field("vertex_id", "integer", "number of the vertex, from 0"),
+        _SITE_ID,
+        Field("valence", "integer", "number of edges that meet here"),
+        Field("role", "text", "inner, boundary, corner or fixed"),
+    ),
+    "vertices",
+)
+FACES = LayerKind(
+    "faces",
+    "Mesh faces",
+    "Polygon",
+    (
+        Field("face_id", "integer", "number of the face, from 0"),
+        _SITE_ID,
+        Field("area_m2", "number", "area in square metres"),
+    ),
+    "faces",
+)

@@ -1,0 +1,221 @@
+"""Writing what a tool made: all layers or none, each with its style and its record."""
+
+from __future__ import annotations
+
+import os
+import re
+import tempfile
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from qgis.core import (
+    QgsCoordinateReferenceSystem,
+    QgsProcessingContext,
+    QgsProcessingException,
+    QgsProcessingOutputLayerDefinition,
+    QgsVectorLayer,
+)
+
+from ..algorithms.errors import InputError
+from . import bridge, styles
+from .fields import LayerKind
+from .record import Record, to_json
+
+if TYPE_CHECKING:
+    from .request import Request
+
+_DATABASE = re.compile(r"dbname='([^']+)'")
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a tool hands over to be written.
+
+    Attributes
+    ----------
+    crs
+        CRS of the layers.
+    layers
+        GeoDataFrames by output key.
+    numbers
+        Numeric outputs by output key.
+    specification
+        What was asked, as JSON, for the metadata of the layers.
+    cancelled
+        Whether the planner stopped the run and this is the best until then.
+    """
+
+    crs: QgsCoordinateReferenceSystem
+    layers: Mapping[str, Any]
+    numbers: Mapping[str, float] = field(default_factory=dict)
+    specification: str = "{}"
+    cancelled: bool = False
+
+
+def destination_text(request: Request, key: str) -> str:
+    """Return where an output is to go, as the planner wrote it; empty where nowhere."""
+    value = request.parameters.get(key)
+    if isinstance(value, QgsProcessingOutputLayerDefinition):
+        text, _ = value.sink.valueAsString(request.context.expressionContext(), "")
+        return str(text)
+    if hasattr(value, "staticValue"):  # a QgsProperty
+        text, _ = value.valueAsString(request.context.expressionContext(), "")
+        return str(text)
+    return str(value) if value else ""
+
+
+def file_of(destination: str) -> Path | None:
+    """Return the file that a destination or a data source means, or None where it is no file."""
+    found = _DATABASE.search(destination)
+    if destination.startswith("ogr:"):
+        return Path(found.group(1)) if found else None
+    path = destination.split("|", 1)[0]
+    if not path or path in ("TEMPORARY_OUTPUT", "memory:") or re.match(r"^\w{2,}:", path):
+        return None
+    return Path(path)
+
+
+def check_destinations(request: Request, keys: Iterable[str], inputs: Iterable[str]) -> None:
+    """Raise `InputError` where an output cannot be written, or would destroy an input.
+
+    Parameters
+    ----------
+    request
+        The run.
+    keys
+        Keys of the output layers.
+    inputs
+        Keys of the input layers.
+    """
+    read = {}
+    for key in inputs:
+        layer = request.tool.parameterAsVectorLayer(request.parameters, key, request.context)
+        path = file_of(layer.source()) if layer is not None else None
+        if path is not None:
+            read[path.resolve()] = request.name(key)
+    taken: dict[Path, str] = {}
+    for key in keys:
+        destination = destination_text(request, key)
+        path = file_of(destination)
+        if path is None:
+            continue
+        title = str(request.tool.parameterDefinition(key).description())
+        _check_writable(path, title)
+        if destination.startswith("ogr:"):
+            continue  # one table of a database; its other tables stay
+        whole = path.resolve()
+        if whole in read:
+            raise InputError(
+                f"Output '{title}' would overwrite {path}, the file of the layer "
+                f"'{read[whole]}' that is read.",
+                "Choose another file.",
+            )
+        if whole in taken:
+            raise InputError(
+                f"Outputs '{taken[whole]}' and '{title}' have the same file, {path}.",
+                "Give each a file of its own.",
+            )
+        taken[whole] = title
+
+
+def _check_writable(path: Path, title: str) -> None:
+    remedy = "Choose a folder in which you may write."
+    folder = path.parent
+    if not folder.is_dir():
+        raise InputError(f"Output '{title}': there is no folder {folder}.", remedy)
+    try:
+        if path.exists():
+            with path.open("r+b"):
+                pass
+        else:
+            with tempfile.TemporaryFile(dir=folder):
+                pass
+    except OSError as error:
+        text = error.strerror or str(error)
+        raise InputError(f"Output '{title}': {path} cannot be written ({text}).", remedy) from error
+
+
+class Writer:
+    """Writes the layers of one run.
+
+    Parameters
+    ----------
+    request
+        The run.
+    kinds
+        The declared output layers by key.
+    """
+
+    def __init__(self, request: Request, kinds: Mapping[str, LayerKind]) -> None:
+        self.request = request
+        self.kinds = kinds
+
+    def write(self, result: Result) -> dict[str, Any]:
+        """Write every layer that was asked for, and return what Processing wants to have.
+
+        All sinks are opened before the first feature is written; where one fails, the files
+        that this run has begun are taken away again.
+
+        Raises
+        ------
+        QgsProcessingException
+            An output cannot be written; the text says which.
+        """
+        begun = self._new_files()
+        outputs: dict[str, Any] = {}
+        try:
+            sinks = {}
+            for key, kind in self.kinds.items():
+                sink, destination = self._open(key, kind, result.crs)
+                if sink is not None:
+                    sinks[key] = sink
+                    outputs[key] = destination
+            for key in list(sinks):
+                self._fill(key, sinks.pop(key), result)
+        except (QgsProcessingException, bridge.SinkError) as error:
+            sinks.clear()
+            for path in begun:
+                if path.exists():
+                    os.remove(path)
+            msg = f"The outputs could not be written, none was kept: {error}"
+            raise QgsProcessingException(msg) from error
+        numbers = {key: None if value != value else value for key, value in result.numbers.items()}
+        for key, destination in outputs.items():
+            self._dress(key, destination, result)
+        return {**outputs, **numbers}
+
+    def _new_files(self) -> list[Path]:
+        paths = [file_of(destination_text(self.request, key)) for key in self.kinds]
+        return [path for path in paths if path is not None and not path.exists()]
+
+    def _open(self, key: str, kind: LayerKind, crs: QgsCoordinateReferenceSystem) -> Any:
+        request = self.request
+        return request.tool.parameterAsSink(
+            request.parameters, key, request.context, kind.qgs_fields(), kind.wkb, crs
+        )
+
+    def _fill(self, key: str, sink: Any, result: Result) -> None:
+        kind = self.kinds[key]
+        bridge.write_frame(result.layers[key], kind.qgs_fields(), kind.kinds, sink, kind.wkb)
+        if hasattr(sink, "finalize"):
+            sink.finalize()
+        # The caller holds no other reference: the file is closed here, and complete.
+        del sink
+
+    def _dress(self, key: str, destination: str, result: Result) -> None:
+        kind = self.kinds[key]
+        record = Record(
+            self.request.tool.id(), kind.title, result.specification, to_json(result.numbers)
+        )
+        context: QgsProcessingContext = self.request.context
+        if context.willLoadLayerOnCompletion(destination):
+            details = context.layerToLoadOnCompletionDetails(destination)
+            details.setPostProcessor(styles.post_processor(record.tool, key, kind, record))
+        path = file_of(destination)
+        if path is not None:
+            layer = QgsVectorLayer(destination, kind.title, "ogr")
+            if layer.isValid():
+                styles.save(layer, kind)
+                record.save(str(path), layer)

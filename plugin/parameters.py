@@ -1,0 +1,111 @@
+"""How the tools declare their parameters: a unit in the text, help on each, words as choices.
+
+All lengths are metres whatever the CRS of the layers; choices are words rather than numbers,
+so that a command line or a saved model reads well and survives a new choice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from qgis.core import (
+    QgsProcessingParameterDefinition,
+    QgsProcessingParameterEnum,
+    QgsProcessingParameterFeatureSink,
+    QgsProcessingParameterFeatureSource,
+    QgsProcessingParameterNumber,
+)
+
+from . import compat
+from .fields import LayerKind
+
+_SOURCES = {
+    "polygon": compat.SOURCE_POLYGON,
+    "line": compat.SOURCE_LINE,
+    "point": compat.SOURCE_POINT,
+}
+_SINKS = {
+    "Point": compat.SOURCE_POINT,
+    "LineString": compat.SOURCE_LINE,
+    "Polygon": compat.SOURCE_POLYGON,
+    "MultiPolygon": compat.SOURCE_POLYGON,
+}
+
+
+def _finish(
+    definition: QgsProcessingParameterDefinition, help_text: str, advanced: bool
+) -> QgsProcessingParameterDefinition:
+    definition.setHelp(help_text)
+    if advanced:
+        definition.setFlags(definition.flags() | compat.ADVANCED)
+    return definition
+
+
+def layer(
+    key: str,
+    text: str,
+    help_text: str,
+    geometry: str | Sequence[str],
+    *,
+    optional: bool = False,
+    advanced: bool = False,
+) -> QgsProcessingParameterDefinition:
+    """Declare an input layer of "polygon", "line" or "point" geometry, or of several."""
+    names = [geometry] if isinstance(geometry, str) else list(geometry)
+    types = [_SOURCES[name] for name in names]
+    definition = QgsProcessingParameterFeatureSource(key, text, types, None, optional)
+    return _finish(definition, help_text, advanced)
+
+
+def number(
+    key: str,
+    text: str,
+    help_text: str,
+    *,
+    unit: str = "",
+    default: float | None = None,
+    minimum: float | None = None,
+    maximum: float | None = None,
+    integer: bool = False,
+    advanced: bool = False,
+) -> QgsProcessingParameterDefinition:
+    """Declare a number; without a default it is optional, and empty means "as implied"."""
+    limits = {}
+    if minimum is not None:
+        limits["minValue"] = minimum
+    if maximum is not None:
+        limits["maxValue"] = maximum
+    definition = QgsProcessingParameterNumber(
+        key,
+        f"{text} ({unit})" if unit else text,
+        compat.NUMBER_INTEGER if integer else compat.NUMBER_FLOAT,
+        default,
+        optional=default is None,
+        **limits,
+    )
+    return _finish(definition, help_text, advanced)
+
+
+def choice(
+    key: str,
+    text: str,
+    help_text: str,
+    choices: Mapping[str, str],
+    *,
+    default: str,
+    advanced: bool = False,
+) -> QgsProcessingParameterDefinition:
+    """Declare a choice; `choices` maps each word to what it means, which goes into the help."""
+    meanings = "; ".join(f"{word}: {meaning}" for word, meaning in choices.items())
+    definition = QgsProcessingParameterEnum(key, text, list(choices), False, default, False, True)
+    return _finish(definition, f"{help_text} {meanings}.", advanced)
+
+
+def sink(
+    key: str, kind: LayerKind, help_text: str, *, optional: bool = True
+) -> QgsProcessingParameterDefinition:
+    """Declare an output layer; optional ones are made unless they are switched off."""
+    definition = QgsProcessingParameterFeatureSink(
+        key, kind.title, _SINKS[kind.geometry], None, optional, True
+    )
+    return _finish(definition, help_text, advanced=False)

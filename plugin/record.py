@@ -1,0 +1,147 @@
+"""What a layer remembers of how it was made: the specification and the result, as JSON.
+
+A loaded layer carries them as custom properties and in its metadata, a file in what its format
+has for it: the metadata table of a GeoPackage, or a .qmd file beside any other.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from qgis.core import QgsLayerMetadata, QgsVectorLayer
+
+#: Prefix of the custom properties of layers, and of the items in a GeoPackage.
+PREFIX = "platwright"
+
+
+@dataclass(frozen=True)
+class Record:
+    """How a layer was made.
+
+    Attributes
+    ----------
+    tool
+        Id of the tool.
+    title
+        What the layer is.
+    specification
+        What was asked, as JSON.
+    result
+        What came out, as JSON.
+    """
+
+    tool: str
+    title: str
+    specification: str
+    result: str
+
+    @property
+    def items(self) -> dict[str, str]:
+        """The record as named texts."""
+        return {
+            "tool": self.tool,
+            "specification": self.specification,
+            "result": self.result,
+        }
+
+    @property
+    def abstract(self) -> str:
+        """A sentence about the layer."""
+        return f"{self.title}, made by the Platwright tool {self.tool}."
+
+    def metadata(self) -> QgsLayerMetadata:
+        """Return the record as metadata of a QGIS layer."""
+        metadata = QgsLayerMetadata()
+        metadata.setTitle(self.title)
+        metadata.setAbstract(self.abstract)
+        metadata.setType("dataset")
+        metadata.setHistory([f"{PREFIX}/{key}={text}" for key, text in self.items.items()])
+        return metadata
+
+    def attach(self, layer: QgsVectorLayer) -> None:
+        """Put the record on a layer."""
+        for key, text in self.items.items():
+            layer.setCustomProperty(f"{PREFIX}/{key}", text)
+        layer.setMetadata(self.metadata())
+
+    def save(self, path: str, layer: QgsVectorLayer) -> None:
+        """Put the record into the file at `path` from which `layer` was opened."""
+        if path.lower().endswith(".gpkg"):
+            _save_in_geopackage(path, layer, self)
+        else:
+            layer.setMetadata(self.metadata())
+            layer.saveDefaultMetadata()
+
+
+def _save_in_geopackage(path: str, layer: QgsVectorLayer, record: Record) -> None:
+    from osgeo import ogr
+
+    source = layer.dataProvider().dataSourceUri()
+    named = [p.split("=", 1)[1] for p in source.split("|")[1:] if p.startswith("layername=")]
+    dataset = ogr.Open(path, 1)
+    if dataset is None:
+        return
+    table = dataset.GetLayerByName(named[0]) if named else dataset.GetLayer(0)
+    if table is not None:
+        for key, text in record.items.items():
+            table.SetMetadataItem(f"{PREFIX}_{key}", text)
+        table.SetMetadataItem("DESCRIPTION", record.abstract)
+    # Both must go, the table first, or nothing is written.
+    del table
+    del dataset
+
+
+def read_record(layer: QgsVectorLayer) -> dict[str, str]:
+    """Return what `Record.attach` or `Record.save` left with a layer; empty where nothing.
+
+    Returns
+    -------
+    dict
+        The keys "tool", "specification" and "result".
+    """
+    found = {}
+    for key in ("tool", "specification", "result"):
+        text = layer.customProperty(f"{PREFIX}/{key}")
+        if text:
+            found[key] = str(text)
+    if not found:
+        found = _from_history(layer.metadata())
+    return found or _from_geopackage(layer)
+
+
+def _from_history(metadata: QgsLayerMetadata) -> dict[str, str]:
+    found = {}
+    for line in metadata.history():
+        name, _, text = line.partition("=")
+        if name.startswith(f"{PREFIX}/"):
+            found[name[len(PREFIX) + 1 :]] = text
+    return found
+
+
+def _from_geopackage(layer: QgsVectorLayer) -> dict[str, str]:
+    from osgeo import ogr
+
+    path, *options = layer.dataProvider().dataSourceUri().split("|")
+    if not path.lower().endswith(".gpkg"):
+        return {}
+    named = [o.split("=", 1)[1] for o in options if o.startswith("layername=")]
+    dataset = ogr.Open(path)
+    if dataset is None:
+        return {}
+    table = dataset.GetLayerByName(named[0]) if named else dataset.GetLayer(0)
+    items = table.GetMetadata() if table is not None else {}
+    return {
+        key[len(PREFIX) + 1 :]: text for key, text in items.items() if key.startswith(f"{PREFIX}_")
+    }
+
+
+def to_json(values: Mapping[str, Any]) -> str:
+    """Return plain values as JSON with sorted keys; what JSON has no word for becomes null."""
+    clean = {
+        key: None if isinstance(value, float) and value - value != 0 else value
+        for key, value in values.items()
+    }
+    return json.dumps(clean, sort_keys=True, default=float)

@@ -1,0 +1,123 @@
+"""What the planner asked of a tool, read from the parameters of one run."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from qgis.core import (
+    QgsCoordinateReferenceSystem,
+    QgsProcessingAlgorithm,
+    QgsProcessingContext,
+    QgsProcessingFeatureSource,
+)
+
+from ..algorithms.errors import InputError
+from . import bridge
+from .progress import FeedbackProgress
+
+
+class Request:
+    """Typed access to the parameters of one run.
+
+    Only the `parameterAs...` functions of Processing are used, so that expressions, models and
+    the command line work.
+
+    Parameters
+    ----------
+    tool, parameters, context
+        What Processing hands to `processAlgorithm`.
+    """
+
+    def __init__(
+        self,
+        tool: QgsProcessingAlgorithm,
+        parameters: dict[str, Any],
+        context: QgsProcessingContext,
+    ) -> None:
+        self.tool = tool
+        self.parameters = parameters
+        self.context = context
+        self._sources: dict[str, QgsProcessingFeatureSource | None] = {}
+
+    def has(self, key: str) -> bool:
+        """Tell whether the planner gave anything for `key`."""
+        value = self.parameters.get(key)
+        return value is not None and value != ""
+
+    def declares(self, key: str) -> bool:
+        """Tell whether the tool has an input of this name."""
+        definition = self.tool.parameterDefinition(key)
+        return definition is not None and not definition.isDestination()
+
+    def number(self, key: str) -> float:
+        """Return a number that always has a value."""
+        return float(self.tool.parameterAsDouble(self.parameters, key, self.context))
+
+    def optional_number(self, key: str) -> float | None:
+        """Return a number, or None where the planner left it empty."""
+        return self.number(key) if self.has(key) else None
+
+    def integer(self, key: str) -> int:
+        """Return a whole number."""
+        return int(self.tool.parameterAsInt(self.parameters, key, self.context))
+
+    def word(self, key: str) -> str:
+        """Return the word of a choice."""
+        return str(self.tool.parameterAsEnumString(self.parameters, key, self.context))
+
+    def source(self, key: str) -> QgsProcessingFeatureSource | None:
+        """Return an input layer as Processing sees it, or None where none is given.
+
+        Raises
+        ------
+        InputError
+            Something is given that is no layer.
+        """
+        if key not in self._sources:
+            source = self.tool.parameterAsSource(self.parameters, key, self.context)
+            if source is None and self.has(key):
+                title = self.tool.parameterDefinition(key).description()
+                raise InputError(
+                    f"{title}: no such layer, or it cannot be read ({self.parameters[key]}).",
+                    "Choose a layer that opens in QGIS.",
+                )
+            self._sources[key] = source
+        return self._sources[key]
+
+    def name(self, key: str) -> str:
+        """Return the name of an input layer, or what the parameter is called."""
+        source = self.source(key)
+        name = source.sourceName() if source is not None else ""
+        return name or str(self.tool.parameterDefinition(key).description())
+
+    def crs(self, key: str) -> QgsCoordinateReferenceSystem:
+        """Return the CRS of an input layer; invalid where none is given."""
+        source = self.source(key)
+        return QgsCoordinateReferenceSystem() if source is None else source.sourceCrs()
+
+    def check_layer(self, key: str) -> None:
+        """Raise `InputError` where a given layer is empty or has no CRS."""
+        source = self.source(key)
+        if source is None:
+            return
+        if source.featureCount() == 0:
+            raise InputError(
+                "It has no features, or none is selected.",
+                "Choose another layer, or switch off 'Selected features only'.",
+                layer=self.name(key),
+            )
+        if not source.sourceCrs().isValid():
+            raise InputError(
+                "It has no coordinate reference system.",
+                "Assign one with Layer > Set CRS of Layer(s) and run again.",
+                layer=self.name(key),
+            )
+
+    def frame(self, key: str, progress: FeedbackProgress) -> Any:
+        """Return an input layer as a GeoDataFrame, or None where none is given."""
+        source = self.source(key)
+        if source is None:
+            return None
+        self.check_layer(key)
+        progress.stage(f"Reading {self.name(key)}", 0.0)
+        return bridge.read_source(source, progress)

@@ -1,0 +1,202 @@
+"""The shape of every tool: read, call the library once, write all layers or none.
+
+A tool is one file in `tools` with one subclass. It declares what it is (`about`), its inputs,
+its output layers and numbers, checks its request before the run and computes; everything else
+is here.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import traceback
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, ClassVar
+
+from qgis.core import (
+    Qgis,
+    QgsMessageLog,
+    QgsProcessingAlgorithm,
+    QgsProcessingContext,
+    QgsProcessingException,
+    QgsProcessingFeedback,
+    QgsProcessingOutputNumber,
+    QgsProcessingParameterDefinition,
+)
+from qgis.PyQt.QtGui import QIcon
+
+from ..algorithms.errors import CancelledError, PlatwrightError
+from . import bridge, deps, parameters
+from .fields import LayerKind
+from .help import GROUPS, About, help_html
+from .icons import icon_path
+from .outputs import Result, Writer, check_destinations
+from .progress import FeedbackProgress
+from .request import Request
+
+
+class Tool(QgsProcessingAlgorithm):
+    """Base of every tool.
+
+    Attributes
+    ----------
+    about
+        Name, title, group, tags and help.
+    layers
+        Output layers by key; the first is always made, the others may be switched off.
+    numbers
+        Numeric outputs by key, with what they say.
+    needs
+        Python packages that the tool cannot do without, see `deps`.
+    """
+
+    about: ClassVar[About]
+    layers: ClassVar[Mapping[str, LayerKind]]
+    numbers: ClassVar[Mapping[str, str]] = {}
+    needs: ClassVar[Sequence[str]] = deps.LAYERS
+
+    # What a subclass says.
+
+    def inputs(self) -> Iterator[QgsProcessingParameterDefinition]:
+        """Yield the input parameters in the order of the dialog."""
+        raise NotImplementedError
+
+    def check(self, request: Request) -> None:
+        """Raise an error of the library where the request cannot be met; runs before the run."""
+
+    def compute(self, request: Request, progress: FeedbackProgress) -> Result:
+        """Read the layers, call the library and return what is to be written."""
+        raise NotImplementedError
+
+    # What Processing asks.
+
+    def createInstance(self) -> Tool:
+        """Return a fresh tool."""
+        return type(self)()
+
+    def name(self) -> str:
+        """Return the id for ever."""
+        return self.about.name
+
+    def displayName(self) -> str:
+        """Return the name in the toolbox."""
+        return self.about.title
+
+    def group(self) -> str:
+        """Return the name of the group."""
+        return GROUPS[self.about.group]
+
+    def groupId(self) -> str:
+        """Return the id of the group."""
+        return self.about.group
+
+    def tags(self) -> list[str]:
+        """Return the words that find the tool."""
+        return list(self.about.tags)
+
+    def shortDescription(self) -> str:
+        """Return the tool in one sentence."""
+        return self.about.summary
+
+    def shortHelpString(self) -> str:
+        """Return the help, written from the declarations."""
+        return help_html(self.about, self.parameterDefinitions(), self.layers, self.numbers)
+
+    def icon(self) -> QIcon:
+        """Return the picture of the group."""
+        return QIcon(self.svgIconPath())
+
+    def svgIconPath(self) -> str:
+        """Return the path of that picture."""
+        return icon_path(self.about.group)
+
+    def initAlgorithm(self, configuration: Any = None) -> None:  # noqa: ARG002
+        """Declare the parameters and the outputs."""
+        for definition in self.inputs():
+            self.addParameter(definition)
+        for index, (key, kind) in enumerate(self.layers.items()):
+            fields = ", ".join(field.name for field in kind.fields)
+            self.addParameter(
+                parameters.sink(key, kind, f"Layer with the fields {fields}.", optional=index > 0)
+            )
+        for key, text in self.numbers.items():
+            self.addOutput(QgsProcessingOutputNumber(key, text))
+
+    def canExecute(self) -> tuple[bool, str]:
+        """Tell whether the packages are there, and what to do where they are not."""
+        text = deps.missing_text(self.needs)
+        return not text, text
+
+    def checkParameterValues(
+        self, parameters: dict[str, Any], context: QgsProcessingContext
+    ) -> tuple[bool, str]:
+        """Find what would make the run fail before it begins."""
+        good, text = super().checkParameterValues(parameters, context)
+        if not good:
+            return good, text
+        try:
+            deps.load(self.needs)
+            self._check(Request(self, parameters, context))
+        except (PlatwrightError, deps.DependencyError) as error:
+            return False, str(error)
+        return True, ""
+
+    def processAlgorithm(
+        self,
+        parameters: dict[str, Any],
+        context: QgsProcessingContext,
+        feedback: QgsProcessingFeedback,
+    ) -> dict[str, Any]:
+        """Run the tool; every error that comes out of here is a sentence for a planner."""
+        progress = FeedbackProgress(feedback or QgsProcessingFeedback())
+        request = Request(self, parameters, context)
+        try:
+            with readable_errors(self.about.title):
+                deps.load(self.needs)
+                self._check(request)
+                result = self.compute(request, progress.part(0.0, 0.95))
+                progress.stage("Writing layers", 0.95)
+                outputs = Writer(request, self.layers).write(result)
+        except (CancelledError, bridge.CancelledWhileReadingError):
+            progress.warn("Cancelled before there was anything to keep; no layer was written.")
+            return {}
+        for key, text in self.numbers.items():
+            if outputs.get(key) is not None:
+                progress.info(f"{text}: {outputs[key]:g}")
+        return outputs
+
+    def _check(self, request: Request) -> None:
+        sources = [
+            definition.name()
+            for definition in self.parameterDefinitions()
+            if definition.type() == "source"
+        ]
+        for key in sources:
+            request.check_layer(key)
+        check_destinations(request, self.layers, sources)
+        self.check(request)
+
+
+@contextlib.contextmanager
+def readable_errors(title: str) -> Iterator[None]:
+    """Turn errors into `QgsProcessingException` with a text for a planner.
+
+    Cancellation passes through. What nobody foresaw goes to the message log in full, where a
+    report can be copied from, and to the planner as one sentence.
+    """
+    try:
+        yield
+    except (CancelledError, bridge.CancelledWhileReadingError, QgsProcessingException):
+        raise
+    except (PlatwrightError, deps.DependencyError) as error:
+        raise QgsProcessingException(str(error)) from error
+    except MemoryError as error:
+        msg = f"{title}: not enough memory. Use a smaller site, or longer and wider blocks."
+        raise QgsProcessingException(msg) from error
+    except Exception as error:
+        QgsMessageLog.logMessage(traceback.format_exc(), "Platwright", Qgis.MessageLevel.Critical)
+        msg = (
+            f"{title}: something went wrong that should not ({type(error).__name__}: {error}). "
+            "No layer was written. The Platwright tab of the log messages has the details; "
+            "please report them."
+        )
+        raise QgsProcessingException(msg) from error

@@ -1,0 +1,142 @@
+"""The parameters about the site and the roads that several tools share."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from typing import Any
+
+from qgis.core import QgsProcessingParameterDefinition
+
+from ...algorithms.errors import InputError
+from .. import parameters
+from ..progress import FeedbackProgress
+from ..request import Request
+
+INNER_ROADS = {
+    "ignore": "the site is designed as if they were not there",
+    "keep": "they stay as existing streets",
+}
+
+
+def site(key: str = "INPUT") -> QgsProcessingParameterDefinition:
+    """Declare the site layer."""
+    return parameters.layer(
+        key,
+        "Site",
+        "Parcels or site polygons. Adjoining polygons are joined to one site; every site in the "
+        "layer, or of the selection, is treated. Any coordinate reference system will do.",
+        "polygon",
+    )
+
+
+def roads() -> QgsProcessingParameterDefinition:
+    """Declare the layer of existing roads."""
+    return parameters.layer(
+        "ROADS",
+        "Existing roads",
+        "Centre lines of the roads around the site. Roads along its edge become boundary "
+        "streets, and where others arrive streets may leave the site. Without roads the whole "
+        "outer edge of the site counts as a street.",
+        "line",
+        optional=True,
+    )
+
+
+def obstacles() -> QgsProcessingParameterDefinition:
+    """Declare the layer of obstacles."""
+    return parameters.layer(
+        "OBSTACLES",
+        "Obstacles",
+        "Polygons that must stay free of streets, such as buildings to keep, water or trees.",
+        "polygon",
+        optional=True,
+    )
+
+
+def access_points(*, advanced: bool = True) -> QgsProcessingParameterDefinition:
+    """Declare the layer of access points."""
+    return parameters.layer(
+        "ACCESS_POINTS",
+        "Access points",
+        "Points on or near the edge of the site where streets may leave it. They replace those "
+        "that are found where the existing roads arrive.",
+        "point",
+        optional=True,
+        advanced=advanced,
+    )
+
+
+def snapping(*, advanced: bool) -> Iterator[QgsProcessingParameterDefinition]:
+    """Declare how roads and site are brought together."""
+    yield parameters.number(
+        "SNAP_DISTANCE",
+        "Snap distance",
+        "Largest distance between the edge of the site and the centre line of a road that runs "
+        "along it. Site polygons often end at the property line, half a street width away.",
+        unit="m",
+        default=30.0,
+        minimum=0.1,
+        maximum=500.0,
+        advanced=advanced,
+    )
+    yield parameters.choice(
+        "INNER_ROADS",
+        "Roads inside the site",
+        "What becomes of roads that run through the site.",
+        INNER_ROADS,
+        default="ignore",
+        advanced=advanced,
+    )
+
+
+def prepared_sites(request: Request, progress: FeedbackProgress, key: str = "INPUT") -> Any:
+    """Read the layers above and return the `PreparedSites` of the library.
+
+    Raises
+    ------
+    InputError
+        No polygon of the layer can be used as a site.
+    """
+    from ...algorithms.site import access_points_from_layer, prepare_sites
+
+    reading = progress.part(0.0, 0.5)
+    polygons = request.frame(key, reading)
+    if polygons is None:
+        raise InputError("No site is given.", "Choose a layer with polygons.")
+    given = {
+        name: request.frame(name, reading)
+        for name in ("ROADS", "OBSTACLES", "ACCESS_POINTS")
+        if request.declares(name)
+    }
+    options: dict[str, Any] = {}
+    if request.declares("SNAP_DISTANCE"):
+        options["snap_distance"] = request.number("SNAP_DISTANCE")
+        options["inner_roads"] = request.word("INNER_ROADS")
+    for name, option in (
+        (key, "polygon_layer"),
+        ("ROADS", "road_layer"),
+        ("OBSTACLES", "obstacle_layer"),
+    ):
+        if name == key or given.get(name) is not None:
+            options[option] = request.name(name)
+    prepared = prepare_sites(
+        polygons,
+        given.get("ROADS"),
+        given.get("OBSTACLES"),
+        progress=progress.part(0.5, 1.0),
+        **options,
+    )
+    points = given.get("ACCESS_POINTS")
+    if points is None:
+        return prepared
+    name = request.name("ACCESS_POINTS")
+    return dataclasses.replace(
+        prepared,
+        sites=tuple(
+            dataclasses.replace(
+                site, access_points=tuple(access_points_from_layer(points, site, name))
+            )
+            for site in prepared.sites
+        ),
+    )
