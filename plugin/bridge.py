@@ -126,13 +126,26 @@ def _cast(values: Sequence[Any], kind: str) -> list[Any]:
 _INFINITE = (float("inf"), float("-inf"))
 
 
-def _to_qgis(shape: bytes | None, geometry_type: Any) -> QgsGeometry:
+def _to_qgis(shape: bytes | None, geometry_type: Any) -> list[QgsGeometry]:
+    """Return a geometry in the type of its sink, several where it has parts and may not."""
     geometry = QgsGeometry()
-    if shape is None:
-        return geometry
-    geometry.fromWkb(shape)
-    parts = geometry.coerceToType(geometry_type)
-    return parts[0] if len(parts) == 1 else geometry
+    if shape is not None:
+        geometry.fromWkb(shape)
+    if geometry.isEmpty():
+        return [QgsGeometry()]
+    return list(geometry.coerceToType(geometry_type))
+
+
+def _as_points(shapes: Any) -> Any:
+    """Return one point on each geometry: half way along a line, inside a polygon."""
+    import numpy as np
+    import shapely
+
+    kinds = shapely.get_type_id(shapes)
+    points = shapely.point_on_surface(shapes)
+    lines = kinds == shapely.GeometryType.LINESTRING
+    points[lines] = shapely.line_interpolate_point(shapes[lines], 0.5, normalized=True)
+    return np.where(kinds == shapely.GeometryType.POINT, shapes, points)
 
 
 def write_frame(
@@ -153,16 +166,23 @@ def write_frame(
     sink
         Where the features go.
     geometry_type
-        Geometry type of the sink.
+        Geometry type of the sink. A sink of points takes one point of every other geometry, one
+        of single geometries a feature for each part.
 
     Raises
     ------
     SinkError
         The sink refused features, as on a full disk.
     """
+    import numpy as np
     import shapely
 
-    shapes = shapely.to_wkb(frame.geometry.to_numpy(), include_srid=False, output_dimension=2)
+    given = frame.geometry.to_numpy()
+    if geometry_type == compat.WKB["Point"]:
+        given = _as_points(given)
+    # An empty geometry has no place; as NULL every format takes it.
+    given = np.where(shapely.is_empty(given), None, given)
+    shapes = shapely.to_wkb(given, include_srid=False, output_dimension=2)
     columns = [
         _cast(frame[field.name()].tolist(), kind)
         if field.name() in frame.columns
@@ -171,10 +191,11 @@ def write_frame(
     ]
     batch: list[QgsFeature] = []
     for row, shape in enumerate(shapes):
-        feature = QgsFeature(fields)
-        feature.setGeometry(_to_qgis(shape, geometry_type))
-        feature.setAttributes([column[row] for column in columns])
-        batch.append(feature)
+        for part in _to_qgis(shape, geometry_type):
+            feature = QgsFeature(fields)
+            feature.setGeometry(part)
+            feature.setAttributes([column[row] for column in columns])
+            batch.append(feature)
     if batch and not sink.addFeatures(batch, compat.FAST_INSERT):
         text = sink.lastError() if hasattr(sink, "lastError") else ""
         msg = text or "no reason given"

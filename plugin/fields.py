@@ -79,6 +79,13 @@ PROBLEMS = LayerKind(
     ),
     "problems",
 )
+NETWORK_PROBLEMS = LayerKind(
+    "problems",
+    "Problems",
+    "Point",
+    (*PROBLEMS.fields, Field("kind", "text", "the rule that is broken")),
+    "problems",
+)
 STREETS = LayerKind(
     "streets",
     "Streets",

@@ -43,15 +43,15 @@ class Result:
         Numeric outputs by output key.
     specification
         What was asked, as JSON, for the metadata of the layers.
-    cancelled
-        Whether the planner stopped the run and this is the best until then.
+    keep
+        Whether this is worth keeping even if the planner has cancelled meanwhile.
     """
 
     crs: QgsCoordinateReferenceSystem
     layers: Mapping[str, Any]
     numbers: Mapping[str, float] = field(default_factory=dict)
     specification: str = "{}"
-    cancelled: bool = False
+    keep: bool = False
 
 
 def destination_text(request: Request, key: str) -> str:
@@ -95,7 +95,8 @@ def check_destinations(request: Request, keys: Iterable[str], inputs: Iterable[s
         path = file_of(layer.source()) if layer is not None else None
         if path is not None:
             read[path.resolve()] = request.name(key)
-    taken: dict[Path, str] = {}
+    whole: dict[Path, str] = {}
+    tables: dict[Path, str] = {}
     for key in keys:
         destination = destination_text(request, key)
         path = file_of(destination)
@@ -103,21 +104,24 @@ def check_destinations(request: Request, keys: Iterable[str], inputs: Iterable[s
             continue
         title = str(request.tool.parameterDefinition(key).description())
         _check_writable(path, title)
+        place = path.resolve()
+        other = whole.get(place)
         if destination.startswith("ogr:"):
-            continue  # one table of a database; its other tables stay
-        whole = path.resolve()
-        if whole in read:
+            tables[place] = title  # one table of a database; its other tables stay
+        else:
+            if place in read:
+                raise InputError(
+                    f"Output '{title}' would overwrite {path}, the file of the layer "
+                    f"'{read[place]}' that is read.",
+                    "Choose another file.",
+                )
+            other = other or tables.get(place)
+            whole[place] = title
+        if other is not None:
             raise InputError(
-                f"Output '{title}' would overwrite {path}, the file of the layer "
-                f"'{read[whole]}' that is read.",
-                "Choose another file.",
+                f"Outputs '{other}' and '{title}' have the same file, {path}.",
+                "Give each a file of its own, or save each as a table of one GeoPackage.",
             )
-        if whole in taken:
-            raise InputError(
-                f"Outputs '{taken[whole]}' and '{title}' have the same file, {path}.",
-                "Give each a file of its own.",
-            )
-        taken[whole] = title
 
 
 def _check_writable(path: Path, title: str) -> None:
@@ -214,7 +218,8 @@ class Writer:
             details = context.layerToLoadOnCompletionDetails(destination)
             details.setPostProcessor(styles.post_processor(record.tool, key, kind, record))
         path = file_of(destination)
-        if path is not None:
+        # A temporary layer has an id instead of a path.
+        if path is not None and path.is_file():
             layer = QgsVectorLayer(destination, kind.title, "ogr")
             if layer.isValid():
                 styles.save(layer, kind)

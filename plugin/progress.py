@@ -5,10 +5,34 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from qgis.core import QgsProcessingFeedback
+from qgis.core import QgsApplication, QgsProcessingFeedback
+from qgis.PyQt.QtCore import QCoreApplication, QThread
 
 #: Least time in seconds between two lines about the same search.
 SECONDS_BETWEEN_LINES = 1.0
+#: Least time in seconds between two looks at signals.
+SECONDS_BETWEEN_EVENTS = 0.1
+
+
+class _Signals:
+    """Lets an interrupt of `qgis_process` through.
+
+    That program hears a signal only while it handles events, and a tool runs in its main
+    thread. A window is left alone: there tools have a thread of their own.
+    """
+
+    def __init__(self) -> None:
+        self.wanted = QgsApplication.platform() == "qgis_process"
+        self.looked = 0.0
+
+    def look(self) -> None:
+        """Handle events, if that is needed here and some time has passed."""
+        if not self.wanted or time.monotonic() - self.looked < SECONDS_BETWEEN_EVENTS:
+            return
+        self.looked = time.monotonic()
+        application = QCoreApplication.instance()
+        if application is not None and QThread.currentThread() == application.thread():
+            QCoreApplication.processEvents()
 
 
 class FeedbackProgress:
@@ -31,6 +55,7 @@ class FeedbackProgress:
         self._told = 0.0
         self._text = ""
         self._pending: Any = None
+        self._signals = _Signals()
 
     def part(self, start: float, end: float) -> FeedbackProgress:
         """Return a progress that fills only the part from `start` to `end` of this one."""
@@ -68,6 +93,7 @@ class FeedbackProgress:
 
     def cancelled(self) -> bool:
         """Tell whether somebody has pressed Cancel."""
+        self._signals.look()
         return bool(self.feedback.isCanceled())
 
     def _flush(self) -> None:

@@ -107,9 +107,11 @@ def read_record(layer: QgsVectorLayer) -> dict[str, str]:
         text = layer.customProperty(f"{PREFIX}/{key}")
         if text:
             found[key] = str(text)
-    if not found:
+    found = found or _from_history(layer.metadata()) or _from_geopackage(layer)
+    if not found and not layer.metadata().title():
+        layer.loadDefaultMetadata()  # from the .qmd file, which QGIS reads in its window only
         found = _from_history(layer.metadata())
-    return found or _from_geopackage(layer)
+    return found
 
 
 def _from_history(metadata: QgsLayerMetadata) -> dict[str, str]:

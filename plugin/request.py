@@ -88,6 +88,10 @@ class Request:
         """Return the name of an input layer, or what the parameter is called."""
         source = self.source(key)
         name = source.sourceName() if source is not None else ""
+        # A table of a database that is named by its path has the file's name: say which table.
+        _, _, table = str(self.parameters.get(key)).partition("|layername=")
+        if table:
+            name = table.split("|", 1)[0]
         return name or str(self.tool.parameterDefinition(key).description())
 
     def crs(self, key: str) -> QgsCoordinateReferenceSystem:

@@ -154,6 +154,8 @@ class Tool(QgsProcessingAlgorithm):
                 deps.load(self.needs)
                 self._check(request)
                 result = self.compute(request, progress.part(0.0, 0.95))
+                if progress.cancelled() and not result.keep:
+                    raise CancelledError
                 progress.stage("Writing layers", 0.95)
                 outputs = Writer(request, self.layers).write(result)
         except (CancelledError, bridge.CancelledWhileReadingError):
@@ -180,8 +182,8 @@ class Tool(QgsProcessingAlgorithm):
 def readable_errors(title: str) -> Iterator[None]:
     """Turn errors into `QgsProcessingException` with a text for a planner.
 
-    Cancellation passes through. What nobody foresaw goes to the message log in full, where a
-    report can be copied from, and to the planner as one sentence.
+    Cancellation passes through. What nobody foresaw goes to the message log with its place in
+    the code, from where a report can be copied, and to the planner as a sentence.
     """
     try:
         yield
@@ -193,7 +195,13 @@ def readable_errors(title: str) -> Iterator[None]:
         msg = f"{title}: not enough memory. Use a smaller site, or longer and wider blocks."
         raise QgsProcessingException(msg) from error
     except Exception as error:
-        QgsMessageLog.logMessage(traceback.format_exc(), "Platwright", Qgis.MessageLevel.Critical)
+        places = traceback.extract_tb(error.__traceback__)
+        chain = ", from ".join(f"{p.name} ({p.filename}:{p.lineno})" for p in reversed(places))
+        QgsMessageLog.logMessage(
+            f"{title}: {type(error).__name__}: {error} in {chain}",
+            "Platwright",
+            Qgis.MessageLevel.Critical,
+        )
         msg = (
             f"{title}: something went wrong that should not ({type(error).__name__}: {error}). "
             "No layer was written. The Platwright tab of the log messages has the details; "

@@ -30,7 +30,12 @@ def geometry_faults(streets: StreetLayer) -> list[Problem]:
         Problem("no geometry", f"Street {name} has no usable line.", empty, (name,))
         for name in streets.unusable
     ]
-    for conflict in streets.graph.crossings:
+    graph = streets.graph
+    # What existing streets do among themselves, on bridges for one, is no fault of a design.
+    old = set(np.unique(graph.street[streets.existing]).tolist())
+    for conflict in graph.crossings:
+        if old >= set(conflict.streets):
+            continue
         names = tuple(dict.fromkeys(streets.names[i] for i in conflict.streets))
         text = (
             f"Streets {names[0]} and {names[1]} cross without a junction."
@@ -38,17 +43,19 @@ def geometry_faults(streets: StreetLayer) -> list[Problem]:
             else f"Street {names[0]} crosses itself without a junction."
         )
         found.append(Problem("crossing", text, conflict.geometry, names))
-    for conflict in streets.graph.overlaps:
+    for conflict in graph.overlaps:
+        if old >= set(conflict.streets):
+            continue
         names = tuple(dict.fromkeys(streets.names[i] for i in conflict.streets))
         text = f"Streets {' and '.join(names)} share {conflict.geometry.length:.0f} m."
         found.append(Problem("overlap", text, conflict.geometry, names))
     return found
 
 
-def islands(streets: StreetLayer, sinks: BoolArray) -> list[Problem]:
+def islands(streets: StreetLayer, sinks: BoolArray, *, known: bool) -> list[Problem]:
     """List connected parts of the network from which no sink can be reached (CND 4.1).
 
-    Where no sink is known at all the largest part is taken to be connected.
+    Where it is not known what is a sink the largest part is taken to be connected.
     """
     graph = streets.graph
     label = graph.components()
@@ -58,7 +65,7 @@ def islands(streets: StreetLayer, sinks: BoolArray) -> list[Problem]:
     length = np.bincount(of_edge, graph.lengths, minlength=int(label.max()) + 1)
     reached = np.zeros(len(length), dtype=bool)
     reached[label[sinks]] = True
-    if not sinks.any():
+    if not known:
         reached[length.argmax()] = True
     found = []
     for part in np.flatnonzero(~reached & (length > 0)).tolist():
@@ -166,12 +173,13 @@ def lollipops(streets: StreetLayer, sinks: BoolArray) -> list[Problem]:
         return []
     bridges = [b for b in nx.bridges(network) if tuple(sorted(b)) not in double]
     network.remove_edges_from(bridges)
-    part = _labels(network, len(graph.nodes))
+    part = _labels(network)
     home = part.get(outside, -1)
     inner = np.array([part.get(v, -1) for v in range(len(graph.nodes))])
     same = inner[graph.ends[:, 0]] == inner[graph.ends[:, 1]]
     found = []
-    connected = nx.node_connected_component(_tree(bridges, part), home) if bridges else set()
+    tree = _tree(bridges, part)
+    connected = nx.node_connected_component(tree, home) if home in tree else set()
     for label in sorted(set(inner[graph.ends[same, 0]].tolist()) & connected - {home}):
         edges = np.flatnonzero(same & (inner[graph.ends[:, 0]] == label)).tolist()
         if not all(streets.existing[e] for e in edges):
@@ -181,7 +189,7 @@ def lollipops(streets: StreetLayer, sinks: BoolArray) -> list[Problem]:
     return found
 
 
-def _labels(network: nx.Graph[int], _count: int) -> dict[int, int]:
+def _labels(network: nx.Graph[int]) -> dict[int, int]:
     return {v: k for k, part in enumerate(nx.connected_components(network)) for v in part}
 
 

@@ -256,29 +256,47 @@ def _cut_at_vertices(
     overlaps: list[tuple[int, int, shapely.Geometry]] = []
     if not pieces:
         return crossings, overlaps
-    tree = shapely.STRtree(pieces)
     width = tolerance / 10
-    pairs = tree.query(pieces, predicate="dwithin", distance=width).T
-    vertices = [shapely.MultiPoint(piece.coords) for piece in pieces]
-    for i, j in pairs[pairs[:, 0] < pairs[:, 1]].tolist():
-        a, b = pieces[i], pieces[j]
-        shared = a.intersection(b.buffer(width, cap_style="flat"))
-        if shared.length > 2 * tolerance:
-            overlaps.append((i, j, shared))
-            continue
-        for at in shapely.get_parts(a.intersection(b)):
-            point = at if isinstance(at, Point) else at.centroid
-            where = float(a.project(point)), float(b.project(point))
-            if _marked(a, cuts[i], where[0], tolerance) and _marked(
-                b, cuts[j], where[1], tolerance
-            ):
+    lines = np.array(pieces, dtype=object)
+    pairs = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=width)
+    first, second = pairs[:, pairs[0] < pairs[1]]
+    beside = shapely.buffer(lines, width, cap_style="flat")
+    shared = shapely.intersection(lines[first], beside[second])
+    doubled = shapely.length(shared) > 2 * tolerance
+    for i, j, stretch in zip(first[doubled], second[doubled], shared[doubled]):
+        overlaps.append((int(i), int(j), stretch))
+    first, second = first[~doubled], second[~doubled]
+    meeting = shapely.intersection(lines[first], lines[second])
+    for i, j, at in zip(first.tolist(), second.tolist(), meeting):
+        for part in shapely.get_parts(at):
+            if part.is_empty:  # they touch within rounding only
                 continue
-            if max(vertices[i].distance(point), vertices[j].distance(point)) <= tolerance:
-                cuts[i].append(where[0])
-                cuts[j].append(where[1])
-            else:
-                crossings.append((i, j, point))
+            point = part if isinstance(part, Point) else part.centroid
+            if _cut_both(pieces, cuts, i, j, point, tolerance):
+                continue
+            crossings.append((i, j, point))
     return crossings, overlaps
+
+
+def _cut_both(
+    pieces: list[LineString],
+    cuts: list[list[float]],
+    i: int,
+    j: int,
+    point: Point,
+    tolerance: float,
+) -> bool:
+    """Cut two lines at a place where both have an end, a cut or a vertex; tell whether so."""
+    a, b = pieces[i], pieces[j]
+    where = float(a.project(point)), float(b.project(point))
+    if _marked(a, cuts[i], where[0], tolerance) and _marked(b, cuts[j], where[1], tolerance):
+        return True
+    near = (float(shapely.distance(shapely.MultiPoint(x.coords), point)) for x in (a, b))
+    if max(near) > tolerance:
+        return False
+    cuts[i].append(where[0])
+    cuts[j].append(where[1])
+    return True
 
 
 def _marked(line: LineString, cuts: Iterable[float], where: float, tolerance: float) -> bool:

@@ -2,6 +2,7 @@
 
 from .foreign import foreign_edges
 from .grids import fan, grid
+from .layers import mesh_from_edges, mesh_from_faces, mesh_layers
 from .polysquare import quadrangulate
 from .quadmesh import QuadMesh
 from .quality import MeshQuality, quality
@@ -13,6 +14,9 @@ __all__ = [
     "fan",
     "foreign_edges",
     "grid",
+    "mesh_from_edges",
+    "mesh_from_faces",
+    "mesh_layers",
     "quadrangulate",
     "quality",
     "subdivide",

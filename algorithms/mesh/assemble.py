@@ -21,7 +21,7 @@ def assemble(
     *,
     holes_filled: bool = False,
 ) -> QuadMesh:
-    """Number the vertices of all parts through, add boundary arcs and foreign flags.
+    """Give the vertices of all parts one numbering, add boundary arcs and foreign flags.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def assemble(
     h
         Edge length, metres.
     holes_filled
-        The meshes run across the holes of the site: quads that lie mostly in a hole go.
+        Whether the meshes run across the holes of the site: quads that lie mostly in a hole go.
     """
     vertices = np.vstack([p.vertices for p in parts])
     first = np.concatenate([[0], np.cumsum([len(p.vertices) for p in parts])])

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import shapely
 from scipy.sparse import coo_matrix, diags
 from scipy.sparse.linalg import splu
 
+from .cells import fill_lattice
 from .directions import Labels
-from .lattice import STEP, LatticeRing
+from .lattice import LatticeRing
 from .quadmesh import BoolArray, FloatArray, IntArray
 from .rings import Ring
 
@@ -115,47 +115,23 @@ def build_draft(
     Returns
     -------
     Draft or None
-        None where the lattice polygon touches or crosses itself.
+        None where the lattice polygon crosses itself.
     """
-    outline = shapely.Polygon(lattice[0].corners, [ring.corners for ring in lattice[1:]])
-    if not outline.is_valid:
+    filled = fill_lattice(lattice, labels)
+    if filled is None:
         return None
-    cells = _cells(outline)
-    corner = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-    points = (cells[:, None] + corner).reshape(-1, 2)
-    low = points.min(axis=0)
-    stride = int(points[:, 1].max() - low[1]) + 1
-    keys, faces = np.unique(
-        (points[:, 0] - low[0]) * stride + points[:, 1] - low[1], return_inverse=True
-    )
-    faces = faces.reshape(-1, 4)
+    faces, walks = filled
     loops: list[list[tuple[int, int]]] = []
-    for ring, label in zip(lattice, labels):
-        loop: list[tuple[int, int]] = []
-        for j, count in enumerate(ring.steps.tolist()):
-            walk = ring.corners[j] + np.arange(count)[:, None] * STEP[label.direction[j]]
-            key = (walk[:, 0] - low[0]) * stride + walk[:, 1] - low[1]
-            at = np.minimum(np.searchsorted(keys, key), len(keys) - 1)
-            if (keys[at] != key).any():
-                return None
-            loop += [(int(v), j if i == 0 else -1) for i, v in enumerate(at)]
-        loops.append(loop)
-    flat = [v for loop in loops for v, _ in loop]
-    if len(set(flat)) != len(flat):
-        return None
-    count = len(keys)
+    for ring, walk in zip(lattice, walks):
+        starts = np.cumsum(ring.steps) - ring.steps
+        piece = np.full(len(walk), -1)
+        piece[starts] = np.arange(len(starts))
+        loops.append(list(zip(walk.tolist(), piece.tolist())))
+    count = int(faces.max()) + 1
     quads = [faces]
     for row in rows:
         count = _lay_row(row, loops, quads, count)
     return _placed(rings, labels, loops, np.vstack(quads), count)
-
-
-def _cells(outline: shapely.Polygon) -> IntArray:
-    """Return the lower left corners (m, 2) of the unit cells inside a lattice polygon."""
-    x0, y0, x1, y1 = (round(b) for b in outline.bounds)
-    x, y = (a.ravel() for a in np.mgrid[x0:x1, y0:y1])
-    inside = shapely.contains_xy(outline, x + 0.5, y + 0.5)
-    return np.column_stack([x[inside], y[inside]]).astype(np.int64)
 
 
 def _lay_row(
@@ -222,9 +198,7 @@ def _placed(
 def harmonic(vertices: FloatArray, faces: IntArray, inner: BoolArray) -> FloatArray:
     """Return positions of inner vertices that are the means of their neighbours."""
     n = len(vertices)
-    pair = np.sort(
-        np.column_stack([faces.ravel(), np.roll(faces, -1, axis=1).ravel()]), axis=1
-    )
+    pair = np.sort(np.column_stack([faces.ravel(), np.roll(faces, -1, axis=1).ravel()]), axis=1)
     pair = np.unique(pair, axis=0)
     ones = np.ones(2 * len(pair))
     where = (np.r_[pair[:, 0], pair[:, 1]], np.r_[pair[:, 1], pair[:, 0]])

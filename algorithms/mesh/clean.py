@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +14,8 @@ from .quadmesh import FloatArray
 LEAST_PART = 1.5
 """Area under which a part of a site is dropped, in squares of the edge length."""
 LEAST_HOLE = 0.3
+LEAST_TIP = 0.02
+LARGEST_TIP = 0.6
 SHARP = np.radians(40.0)
 TIP_WIDTH = 0.55
 
@@ -70,62 +71,35 @@ def clean_site(
     options = {"join_style": "mitre", "mitre_limit": 3.0}
     shape = source.buffer(radius, **options).buffer(-2 * radius, **options)
     shape = shape.buffer(radius, **options).simplify(min(h / 100, 0.5))
-    if ratio > 0.2:
-        shape = _without_tips(shape, h)
+    shape = _without_tips(shape, h, keep)
     parts = []
     for part in polygons_of(shape):
         if part.area < LEAST_PART * h * h:
             continue
-        outline = Polygon(_chamfered(np.asarray(part.exterior.coords)[:-1], h, keep))
-        if not outline.is_valid:
-            outline = Polygon(part.exterior)
         large = [ring for ring in part.interiors if Polygon(ring).area > LEAST_HOLE * h * h]
-        cut = Polygon(outline.exterior, large)
-        if not cut.is_valid:
-            cut = polygons_of(cut.buffer(0))[0]
-        parts.append(orient(cut, 1.0))
+        parts.append(orient(Polygon(part.exterior, large), 1.0))
     union = shapely.union_all(parts)
     return CleanSite(tuple(parts), float(union.symmetric_difference(source).area / source.area))
 
 
-def _without_tips(shape: shapely.Geometry, h: float) -> shapely.Geometry:
-    """Cut long tips off where they are about 0.6 h wide, unless that costs much ground."""
-    radius = 0.3 * h
-    lost = polygons_of(shape.difference(shape.buffer(-radius).buffer(radius)))
-    long = [g for g in lost if g.area > 1e-6 and _half_perimeter(g) > 0.9 * h]
-    if not long:
+def _without_tips(shape: shapely.Geometry, h: float, keep: FloatArray) -> shapely.Geometry:
+    """Cut tips sharper than about 40 degrees off where they are 0.55 h wide.
+
+    A tip is what an opening with limited mitres takes away in one place; a neck borders on
+    what is left in two. Tips with a point that must be kept stay.
+    """
+    radius = TIP_WIDTH * h / 2
+    mitre = {"join_style": "mitre", "mitre_limit": 1 / np.sin(SHARP / 2)}
+    opened = shape.buffer(-radius, **mitre).buffer(radius, **mitre)
+    tips = []
+    for piece in polygons_of(shape.difference(opened)):
+        if not LEAST_TIP * h * h <= piece.area <= LARGEST_TIP * h * h:
+            continue
+        border = shapely.line_merge(piece.boundary.intersection(opened.buffer(0.01 * h)))
+        held = len(keep) and float(shapely.distance(piece, shapely.points(keep)).min()) < 0.1 * h
+        if not held and len(shapely.get_parts(border)) <= 1 + piece.boundary.is_closed:
+            tips.append(piece)
+    if not tips:
         return shape
-    cut = shape.difference(
-        shapely.union_all(long).buffer(0.01 * h, join_style="mitre")
-    ).simplify(h / 50)
-    return cut if cut.area > 0.85 * shape.area else shape
-
-
-def _half_perimeter(polygon: Polygon) -> float:
-    """Return half the perimeter of the smallest rectangle around a polygon, metres."""
-    return float(polygon.minimum_rotated_rectangle.length) / 2
-
-
-def _chamfered(points: FloatArray, h: float, keep: FloatArray) -> FloatArray:
-    """Cut convex corners sharper than 40 degrees where they are 0.55 h wide."""
-    result: list[FloatArray] = []
-    n = len(points)
-    for i in range(n):
-        before, here, after = points[i - 1], points[i], points[(i + 1) % n]
-        u, v = before - here, after - here
-        lu, lv = float(np.hypot(*u)), float(np.hypot(*v))
-        cosine = float(u @ v) / (lu * lv + 1e-12)
-        angle = float(np.arccos(np.clip(cosine, -1, 1)))
-        convex = v[0] * u[1] - v[1] * u[0] > 0
-        held = len(keep) and float(np.hypot(*(keep - here).T).min()) < 0.3 * h
-        if convex and angle < SHARP and not held:
-            back = TIP_WIDTH * h / (2 * np.sin(max(angle, 1e-3) / 2))
-            result += [here + u / lu * min(back, 0.8 * lu), here + v / lv * min(back, 0.8 * lv)]
-        else:
-            result.append(here)
-    return np.array(result)
-
-
-def total_area(polygons: Iterable[Polygon]) -> float:
-    """Return the sum of the areas, square metres."""
-    return float(sum(p.area for p in polygons))
+    cut = shape.difference(shapely.union_all(tips)).buffer(-1e-3 * h, **mitre)
+    return cut.buffer(1e-3 * h, **mitre)

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from .quadmesh import BoolArray, FloatArray, IntArray
 from .rings import Ring, Stations, wrap
@@ -65,20 +66,39 @@ def main_axis(rings: Sequence[Ring]) -> float:
     return float(np.angle(total)) / 4
 
 
-def label_ring(
-    ring: Ring,
-    stations: Stations,
-    h: float,
-    axis: float,
-    weights: Sequence[tuple[float, float]],
-    *,
-    outer: bool,
-) -> list[Labels | None]:
-    """Choose the turns at the candidate points of a ring, once for each pair of weights.
+@dataclass(frozen=True, eq=False)
+class LabelTable:
+    """What the dynamic programme of one ring needs: candidate points and costs.
+
+    Attributes
+    ----------
+    arc, station
+        Shape (m,). Arc lengths where a piece may begin; the station there, -1 between.
+    length
+        Shape (m,). Length of the piece after each candidate, in edge lengths.
+    quarter
+        Shape (m,). Its direction in quarter turns from the axis, unrolled.
+    angle_cost
+        Shape (m, 4). Cost of each turn by the angles of its quads.
+    total
+        Quarter turns all round: 4 for the exterior, -4 for a hole.
+    """
+
+    arc: FloatArray
+    station: IntArray
+    length: FloatArray
+    quarter: FloatArray
+    angle_cost: FloatArray
+    total: int
+
+
+def label_table(
+    ring: Ring, stations: Stations, h: float, axis: float, *, outer: bool
+) -> LabelTable:
+    """Prepare the choice of turns for a ring.
 
     The cost of a turn k is (2 - k) * (a / 90 - 1)**2 with a the angle of each of its 2 - k
-    quads in degrees, plus a penalty for each corner (four times where the boundary has none);
-    a piece that runs off its direction by q quarter turns costs w * length / h * q**2.
+    quads in degrees.
 
     Parameters
     ----------
@@ -88,40 +108,68 @@ def label_ring(
         Edge length, metres.
     axis
         Direction that counts as east, radians.
-    weights
-        Pairs (w, penalty per corner).
     outer
-        True for the exterior ring (total turn 4), False for a hole (-4).
-
-    Returns
-    -------
-    list
-        Labels for each pair of weights, None where there is no solution.
+        True for the exterior ring, False for a hole.
     """
     arc, station = _candidates(ring, stations, h)
-    m = len(arc)
     following = np.append(arc[1:], arc[0] + ring.length)
     length = (following - arc) / h
     heading = ring.heading(arc, following)
     window = np.minimum(TURN_WINDOW, 0.9 * length) * h
     turn = np.degrees(ring.turn(arc, np.roll(window, 1), window))
     unrolled = heading[0] + np.concatenate([[0.0], np.cumsum(wrap(np.diff(heading)))])
-    quarter = (unrolled - axis) / (np.pi / 2)
     quads = 2 - TURNS
-    angle_cost = ((180 - turn[:, None]) / quads / 90 - 1) ** 2 * quads
+    return LabelTable(
+        arc,
+        station,
+        length,
+        (unrolled - axis) / (np.pi / 2),
+        ((180 - turn[:, None]) / quads / 90 - 1) ** 2 * quads,
+        4 if outer else -4,
+    )
+
+
+def label_ring(
+    table: LabelTable,
+    weights: Sequence[tuple[float, float]],
+    barred: Sequence[tuple[int, int] | None] | None = None,
+) -> list[tuple[float, Labels] | None]:
+    """Choose the turns at the candidate points of a ring, once for each pair of weights.
+
+    To the cost of the angles come a penalty for each quarter turn (four times where the
+    boundary has no station) and w * length * q**2 for a piece that runs q quarter turns off
+    its direction.
+
+    Parameters
+    ----------
+    table
+        The ring.
+    weights
+        Pairs (w, penalty per quarter turn).
+    barred
+        For each pair of weights a candidate and a turn that it must not take, or None.
+
+    Returns
+    -------
+    list
+        Cost and labels for each pair of weights, None where there is no solution.
+    """
     w = np.array([x[0] for x in weights])
     penalty = np.array([x[1] for x in weights])
-    corner = np.where(station >= 0, 1.0, 4.0)[:, None] * (TURNS != 0)
-    turn_cost = angle_cost[None] + penalty[:, None, None] * corner[None]
-    total = 4 if outer else -4
+    corner = np.where(table.station >= 0, 1.0, 4.0)[:, None] * np.abs(TURNS)
+    turn_cost = table.angle_cost[None] + penalty[:, None, None] * corner[None]
+    for j, bar in enumerate(barred or ()):
+        if bar is not None:
+            turn_cost[j, bar[0], bar[1] == TURNS] = np.inf
+    quarter = table.quarter
     low = int(np.floor(quarter.min() - LARGEST_DEVIATION)) - 5
     high = int(np.ceil(quarter.max() + LARGEST_DEVIATION)) + 5
     states = np.arange(low, high + 1)
-    begin = np.round(quarter[0]) + np.arange(-2, 3)
+    begin = (np.round(quarter[0]) + np.arange(-2, 3)).astype(int)
     cost = np.full((len(w), 5, len(states)), np.inf)
-    cost[:, np.arange(5), (begin - low).astype(int)] = 0.0
-    choices = np.zeros((m, len(w), 5, len(states)), dtype=np.int8)
-    for i in range(m):
+    cost[:, np.arange(5), begin - low] = 0.0
+    choices = np.zeros((len(quarter), *cost.shape), dtype=np.int8)
+    for i in range(len(quarter)):
         options = np.full((4, *cost.shape), np.inf)
         for c, k in enumerate(TURNS.tolist()):
             source = cost[:, :, max(0, -k) : len(states) - max(0, k)]
@@ -129,13 +177,36 @@ def label_ring(
             options[c] += turn_cost[:, i, c][:, None, None]
         choices[i] = options.argmin(axis=0)
         off = np.abs(quarter[i] - states)
-        step = np.where(off > LARGEST_DEVIATION, np.inf, off**2)
-        cost = options.min(axis=0) + np.where(
-            np.isinf(step), np.inf, w[:, None] * length[i] * np.where(np.isinf(step), 0, step)
-        )[:, None, :]
-    return [
-        _trace(cost[j], choices[:, j], begin, total, low, arc, station) for j in range(len(w))
+        cost = options.min(axis=0) + (w[:, None] * table.length[i] * off**2)[:, None, :]
+        cost[:, :, off > LARGEST_DEVIATION] = np.inf
+    last = begin + table.total - low
+    return [_trace(table, cost[j], choices[:, j], last, low) for j in range(len(w))]
+
+
+def alternatives(
+    table: LabelTable, weight: tuple[float, float], labels: Labels
+) -> list[tuple[float, Labels]]:
+    """Return the cheapest other labels for each change of one turn, the cheapest first.
+
+    Parameters
+    ----------
+    table
+        The ring.
+    weight
+        Weights as for `label_ring`.
+    labels
+        The labels from which to depart.
+    """
+    turn_at = dict(zip(np.round(labels.start, 6).tolist(), labels.turn.tolist()))
+    bars = [
+        (i, int(turn_at.get(round(arc, 6), 0)))
+        for i, arc in enumerate(table.arc.tolist())
+        if table.station[i] >= 0 or round(arc, 6) in turn_at
     ]
+    found = label_ring(table, [weight] * len(bars), bars)
+    unique = {x[1].key(): x for x in found if x is not None}
+    unique.pop(labels.key(), None)
+    return sorted(unique.values(), key=lambda x: x[0])
 
 
 def _candidates(ring: Ring, stations: Stations, h: float) -> tuple[FloatArray, IntArray]:
@@ -154,27 +225,21 @@ def _candidates(ring: Ring, stations: Stations, h: float) -> tuple[FloatArray, I
 
 
 def _trace(
-    cost: FloatArray,
-    choices: IntArray,
-    begin: FloatArray,
-    total: int,
-    low: int,
-    arc: FloatArray,
-    station: IntArray,
-) -> Labels | None:
+    table: LabelTable, cost: FloatArray, choices: npt.NDArray[np.int8], last: IntArray, low: int
+) -> tuple[float, Labels] | None:
     """Read the cheapest closed sequence of turns back from the tables."""
-    last = (begin + total - low).astype(int)
     inside = (last >= 0) & (last < cost.shape[1])
     ending = np.where(inside, cost[np.arange(5), np.clip(last, 0, cost.shape[1] - 1)], np.inf)
     best = int(np.argmin(ending))
     if not np.isfinite(ending[best]):
         return None
-    state = int(last[best])
-    turns = np.zeros(len(arc), dtype=np.int64)
-    directions = np.zeros(len(arc), dtype=np.int64)
-    for i in range(len(arc) - 1, -1, -1):
+    state, count = int(last[best]), len(table.arc)
+    turns = np.zeros(count, dtype=np.int64)
+    directions = np.zeros(count, dtype=np.int64)
+    for i in range(count - 1, -1, -1):
         directions[i] = (state + low) % 4
         turns[i] = TURNS[choices[i, best, state]]
         state -= int(turns[i])
-    kept: BoolArray = (station >= 0) | (turns != 0)
-    return Labels(arc[kept], turns[kept], directions[kept], station[kept])
+    kept: BoolArray = (table.station >= 0) | (turns != 0)
+    labels = Labels(table.arc[kept], turns[kept], directions[kept], table.station[kept])
+    return float(ending[best]), labels

@@ -97,14 +97,12 @@ def find_facing(rings: Sequence[Ring], labels: Sequence[Labels], h: float) -> Fa
     group = group.reshape(-1)
     weight = length[own] / h
     count = len(keys)
-    width = np.bincount(group, weight, count)
-    mean = [
+    width: FloatArray = np.bincount(group, weight, count).astype(float)
+    mean: list[FloatArray] = [
         np.bincount(group, weight * x, count) / np.maximum(width, 1e-12)
         for x in (places[:, 0], places[:, 1], distance[own] / h)
     ]
-    return Facing(
-        keys.reshape(-1, 2).astype(np.int64), np.column_stack(mean[:2]), mean[2], width
-    )
+    return Facing(keys.reshape(-1, 2).astype(np.int64), np.column_stack(mean[:2]), mean[2], width)
 
 
 def _first_hits(

@@ -12,9 +12,7 @@ FOREIGN_LENGTH = 5.0
 """Length outside the site, metres, up to which an edge is not called foreign."""
 
 
-def foreign_edges(
-    mesh: QuadMesh, site: Polygon, tolerance: float = FOREIGN_LENGTH
-) -> BoolArray:
+def foreign_edges(mesh: QuadMesh, site: Polygon, tolerance: float = FOREIGN_LENGTH) -> BoolArray:
     """Flag edges that run outside the site for more than a tolerance.
 
     Boundary edges are the site's own edge, chords of it included: they count as foreign only

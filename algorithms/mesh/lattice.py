@@ -8,7 +8,7 @@ piecewise linear form needs no binary variables.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -146,69 +146,86 @@ def solve_lattice(
     """
     rows_at, steps_at = rows_at or {}, steps_at or {}
     program = _Program()
-    directions = np.concatenate([label.direction for label in labels])
-    sizes = [len(label.start) for label in labels]
-    length = np.concatenate(
-        [label.ends(ring) - label.start for ring, label in zip(rings, labels)]
-    ) / h
-    steps = [
-        program.column(1, np.ceil(2.5 * x) + 2, whole=True) for x in length.tolist()
-    ]
-    first = np.concatenate([[0], np.cumsum(sizes)])
-    base = {
-        (r, d): program.column(-200, 200, whole=True)
-        for r in range(1, len(rings))
-        for d in (0, 1)
-    }
-
-    def position(piece: int, fraction: float, axis: int) -> Expression:
-        r = int(np.searchsorted(first, piece, "right")) - 1
-        terms: Expression = {base[r, axis]: 1.0} if r else {}
-        for i in range(int(first[r]), piece + 1):
-            share = float(STEP[directions[i], axis]) * (1.0 if i < piece else fraction)
-            if share:
-                terms[steps[i]] = terms.get(steps[i], 0.0) + share
-        return terms
-
-    for r in range(len(rings)):
-        members = range(int(first[r]), int(first[r + 1]))
-        for d in (0, 1):
-            closing = {steps[i]: float(STEP[directions[i], d]) for i in members}
-            program.row({k: v for k, v in closing.items() if v}, 0, 0)
+    length = (
+        np.concatenate([label.ends(ring) - label.start for ring, label in zip(rings, labels)]) / h
+    )
+    pieces = _Pieces(program, labels, length)
+    pieces.close_rings(program)
     for i, x in enumerate(length.tolist()):
         extra = steps_at.get(i, 0)
         grid, cost = _size_cost(x, x)
-        program.convex({steps[i]: 1.0}, grid - extra, cost)
-        program.at_least({steps[i]: 1.0}, 0.6 * x - extra, PENALTY_STRETCH)
-    _add_facing(program, facing, directions, position, rows_at)
+        program.convex({pieces.steps[i]: 1.0}, grid - extra, cost)
+        program.at_least({pieces.steps[i]: 1.0}, 0.6 * x - extra, PENALTY_STRETCH)
+    _add_facing(program, facing, pieces, rows_at)
     for cut in cuts:
-        gap = _difference(
-            position(cut.other, cut.other_at, cut.axis), position(cut.piece, cut.at, cut.axis)
-        )
+        gap = pieces.gap((cut.piece, cut.at), (cut.other, cut.other_at), cut.axis)
         scaled = {k: v * cut.sign for k, v in gap.items()}
         if scaled:
             program.at_least(scaled, 1.0, PENALTY_CUT)
     solution = program.solve()
-    if solution is None:
-        return None
-    values = np.round(solution[0]).astype(np.int64)
-    found = []
-    for r in range(len(rings)):
-        members = slice(int(first[r]), int(first[r + 1]))
-        count = values[steps[members]]
-        moves = STEP[directions[members]] * count[:, None]
-        origin = np.array([values[base[r, d]] if r else 0 for d in (0, 1)])
-        corners = origin + np.vstack([[0, 0], np.cumsum(moves, axis=0)[:-1]])
-        found.append(LatticeRing(corners.astype(np.int64), count))
-    return found, solution[1]
+    return None if solution is None else (pieces.read(solution[0]), solution[1])
+
+
+class _Pieces:
+    """Columns of the program for all pieces of all rings, and places on the lattice."""
+
+    def __init__(self, program: _Program, labels: Sequence[Labels], length: FloatArray) -> None:
+        self.directions: IntArray = np.concatenate([label.direction for label in labels])
+        sizes = [len(label.start) for label in labels]
+        self.first: list[int] = [0, *np.cumsum(sizes).tolist()]
+        self.rings = len(labels)
+        self.ring_of: list[int] = np.repeat(np.arange(self.rings), sizes).tolist()
+        self.steps = [program.column(1, np.ceil(2.5 * x) + 2, whole=True) for x in length]
+        self.base = {
+            (r, d): program.column(-200, 200, whole=True)
+            for r in range(1, self.rings)
+            for d in (0, 1)
+        }
+
+    def close_rings(self, program: _Program) -> None:
+        """Demand that every ring returns to its start."""
+        for r in range(self.rings):
+            for d in (0, 1):
+                terms = {
+                    self.steps[i]: float(STEP[self.directions[i], d])
+                    for i in range(self.first[r], self.first[r + 1])
+                    if STEP[self.directions[i], d]
+                }
+                program.row(terms, 0, 0)
+
+    def position(self, piece: int, fraction: float, axis: int) -> Expression:
+        """Return a lattice coordinate of a place on a piece."""
+        r = self.ring_of[piece]
+        terms: Expression = {self.base[r, axis]: 1.0} if r else {}
+        for i in range(self.first[r], piece + 1):
+            share = float(STEP[self.directions[i], axis]) * (1.0 if i < piece else fraction)
+            if share:
+                terms[self.steps[i]] = terms.get(self.steps[i], 0.0) + share
+        return terms
+
+    def gap(self, here: tuple[int, float], there: tuple[int, float], axis: int) -> Expression:
+        """Return the lattice coordinate of one place minus that of another."""
+        terms = self.position(*there, axis)
+        for k, v in self.position(*here, axis).items():
+            terms[k] = terms.get(k, 0.0) - v
+        return {k: v for k, v in terms.items() if abs(v) > 1e-9}
+
+    def read(self, solution: FloatArray) -> list[LatticeRing]:
+        """Return the lattice rings of a solution."""
+        values = np.round(solution).astype(np.int64)
+        found = []
+        for r in range(self.rings):
+            members = slice(self.first[r], self.first[r + 1])
+            count = values[self.steps[members]]
+            moves = STEP[self.directions[members]] * count[:, None]
+            origin = np.array([values[self.base[r, d]] if r else 0 for d in (0, 1)])
+            corners = origin + np.vstack([[[0, 0]], np.cumsum(moves, axis=0)[:-1]])
+            found.append(LatticeRing(corners.astype(np.int64), count))
+        return found
 
 
 def _add_facing(
-    program: _Program,
-    facing: Facing,
-    directions: IntArray,
-    position: Callable[[int, float, int], Expression],
-    rows_at: Mapping[int, int],
+    program: _Program, facing: Facing, pieces: _Pieces, rows_at: Mapping[int, int]
 ) -> None:
     """Add the costs of cells between facing pieces: their size and their shear."""
     for pair, at, distance, width in zip(
@@ -217,27 +234,18 @@ def _add_facing(
         facing.distance.tolist(),
         facing.width.tolist(),
     ):
-        inward = STEP[(directions[pair[0]] + 1) % 4]
+        inward = STEP[(pieces.directions[pair[0]] + 1) % 4]
         axis = int(np.argmax(np.abs(inward)))
-        gap = _difference(position(pair[1], at[1], axis), position(pair[0], at[0], axis))
-        gap = {k: v * float(inward[axis]) for k, v in gap.items()}
+        here, there = (pair[0], at[0]), (pair[1], at[1])
+        gap = {k: v * float(inward[axis]) for k, v in pieces.gap(here, there, axis).items()}
         extra = rows_at.get(pair[0], 0) + rows_at.get(pair[1], 0)
         program.at_least(gap, 1.0, PENALTY_FACING)
         grid, cost = _size_cost(distance, WEIGHT_FACING * width * max(distance, 0.5))
         program.convex(gap, grid - extra, cost)
-        across = 1 - axis
-        shift = _difference(position(pair[1], at[1], across), position(pair[0], at[0], across))
+        shift = pieces.gap(here, there, 1 - axis)
         if shift:
             grid = np.array([-4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0])
             program.convex(shift, grid, WEIGHT_SHEAR * width / max(distance, 1.0) * grid**2)
-
-
-def _difference(a: Expression, b: Expression) -> Expression:
-    """Return a - b without vanishing terms."""
-    result = dict(a)
-    for k, v in b.items():
-        result[k] = result.get(k, 0.0) - v
-    return {k: v for k, v in result.items() if abs(v) > 1e-9}
 
 
 def _size_cost(target: float, weight: float) -> tuple[FloatArray, FloatArray]:

@@ -15,14 +15,16 @@ from .assemble import assemble
 from .attract import attract
 from .clean import CleanSite, clean_site, polygons_of
 from .quadmesh import FloatArray, QuadMesh
-from .variants import PartMesh, check_cancelled, mesh_part
+from .variants import FAIR, PartMesh, check_cancelled, improve, mesh_part
 
 LEVELS = ((1 / 6, True), (1 / 4, True), (0.4, True), (1 / 4, False), (0.4, False))
 """Ratio of cleaning and whether holes are kept, tried until a mesh is good enough."""
-ENOUGH = 1.6
+ENOUGH = 2.0
 DOUBTFUL = 3.0
 COST_MOVED = 6.0
 COST_FILLED = 0.5
+SMALL = 100
+"""Number of quads up to which two levels of cleaning are worth a long search."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,29 +171,53 @@ def _best_attempt(
     progress: Progress,
 ) -> _Attempt:
     """Mesh the site at rising levels of cleaning until the result is good enough."""
-    best: _Attempt | None = None
+    attempts: list[_Attempt] = []
     known: list[tuple[Polygon, PartMesh | None]] = []
     has_holes = any(len(p.interiors) for p in polygons_of(site))
     for level, (ratio, holes) in enumerate(LEVELS):
-        if best is not None and best.score < ENOUGH:
+        if attempts and attempts[0].score < ENOUGH:
             break
         if not holes and not has_holes:
             continue
-        progress.stage("Making the candidate mesh", level / len(LEVELS))
+        progress.stage("Making the candidate mesh", level / len(LEVELS) / 2)
         check_cancelled(progress)
         clean = clean_site(site, h, ratio, fixed, holes=holes)
         parts = [_mesh_known(p, h, fixed, guide, progress, known) for p in clean.parts]
         meshes = [mesh for mesh in parts if mesh is not None]
-        if not meshes or len(meshes) < len(parts):
-            continue
-        weight = [len(mesh.draft.faces) for mesh in meshes]
-        value = sum(w * mesh.score for w, mesh in zip(weight, meshes)) / sum(weight)
-        value += COST_MOVED * clean.moved + (0.0 if holes else COST_FILLED)
-        if best is None or value < best.score:
-            best = _Attempt(clean, meshes, holes, value)
-    if best is None:
+        if meshes and len(meshes) == len(parts):
+            attempts.append(_Attempt(clean, meshes, holes, _total_score(clean, meshes, holes)))
+            attempts.sort(key=lambda a: a.score)
+    if not attempts:
         raise MeshError(_too_small(site, h))
+    if attempts[0].score < ENOUGH:
+        return attempts[0]
+    progress.stage("Improving the candidate mesh", 0.5)
+    best = _improved(attempts[0], h, fixed, guide, progress)
+    small = sum(len(mesh.draft.faces) for mesh in best.parts) <= SMALL
+    others = [a for a in attempts[1:] if a.parts[0] is not attempts[0].parts[0]]
+    if others and (small or best.score > DOUBTFUL):
+        second = _improved(others[0], h, fixed, guide, progress)
+        best = second if second.score < best.score else best
     return best
+
+
+def _total_score(clean: CleanSite, meshes: list[PartMesh], holes: bool) -> float:
+    """Return the mean score of the parts plus the cost of ground that was moved."""
+    weight = [len(mesh.draft.faces) for mesh in meshes]
+    value = sum(w * mesh.score for w, mesh in zip(weight, meshes)) / sum(weight)
+    return value + COST_MOVED * clean.moved + (0.0 if holes else COST_FILLED)
+
+
+def _improved(
+    attempt: _Attempt, h: float, fixed: FloatArray, guide: float | None, progress: Progress
+) -> _Attempt:
+    """Search on from the poor parts of an attempt."""
+    meshes = [
+        improve(mesh, h, part.area, fixed, guide, progress) if mesh.score > FAIR else mesh
+        for mesh, part in zip(attempt.parts, attempt.clean.parts)
+    ]
+    value = _total_score(attempt.clean, meshes, attempt.holes)
+    return _Attempt(attempt.clean, meshes, attempt.holes, value)
 
 
 def _mesh_known(

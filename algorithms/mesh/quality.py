@@ -153,7 +153,7 @@ def score(
     faces, m = topology.faces, len(topology.faces)
     angles = corner_angles(vertices, faces)
     jacobian = np.sin(angles).min(axis=1)
-    inverted = int((jacobian <= 0).sum())
+    inverted, least = int((jacobian <= 0).sum()), float(jacobian.min())
     v = vertices[topology.edges[:, 1]] - vertices[topology.edges[:, 0]]
     size = np.log(np.maximum(np.hypot(*v.T), 1e-6) / h)
     inner = ~topology.boundary_vertices
@@ -163,7 +163,7 @@ def score(
     total += 4.0 * float(np.sqrt((size**2).mean())) + 1.5 * abs(float(size.mean()))
     total += float(np.abs(np.degrees(angles) % 360 - 90).mean()) / 10
     total += float(np.degrees(bends).mean()) / 20 if len(bends) else 0.0
-    total += 3 * max(0.0, 0.5 - float(jacobian.min())) + 6 * irregular
+    total += 3 * max(0.0, 0.5 - least) + 10 * max(0.0, 0.45 - least) + 10 * irregular
     total += max(0.0, float(np.exp(size.max())) - 2) + 3 * max(0.0, 0.4 - float(np.exp(size.min())))
     covered = float(face_areas(vertices, faces).sum()) / area
     total += 5 * max(0.0, 0.98 - covered)

@@ -18,7 +18,7 @@ from .quadmesh import BoolArray, FloatArray, IntArray, QuadMesh
 from .rings import Ring
 
 AREA = 1.0
-STRAIGHT = 0.15
+STRAIGHT = 0.4
 SAFE = 0.05
 """Jacobian (1 for the ideal square) above which a mesh counts as free of foldovers."""
 
@@ -31,9 +31,7 @@ def line_triples(topology: QuadMesh) -> IntArray:
     fans = np.array([topology.vertex_edges[v] for v in regular])
     ends = topology.edges[fans]
     other = np.where(ends[..., 0] == regular[:, None], ends[..., 1], ends[..., 0])
-    return np.vstack(
-        [np.column_stack([other[:, k], regular, other[:, k + 2]]) for k in (0, 1)]
-    )
+    return np.vstack([np.column_stack([other[:, k], regular, other[:, k + 2]]) for k in (0, 1)])
 
 
 class Smoother:
@@ -138,9 +136,9 @@ class _State:
         ]
         self.slides = [s for s in self.slides if len(s[1])]
         self.sliding = np.concatenate([s[1] for s in self.slides] or [np.zeros(0, dtype=int)])
-        self.x: FloatArray = np.concatenate(
-            [self.vertices[self.inner].ravel(), self.arc[self.sliding]]
-        ) / smoother.h
+        self.x: FloatArray = (
+            np.concatenate([self.vertices[self.inner].ravel(), self.arc[self.sliding]]) / smoother.h
+        )
         self.place(self.x)
 
     def place(self, x: FloatArray) -> None:
@@ -182,9 +180,7 @@ class _State:
         where = np.concatenate([s.after, s.before, s.here, t[:, 0], t[:, 2], t[:, 1]])
         for d in (0, 1):
             p = pull[:, d]
-            force = np.concatenate(
-                [by_a[:, d], by_b[:, d], -by_a[:, d] - by_b[:, d], p, p, -2 * p]
-            )
+            force = np.concatenate([by_a[:, d], by_b[:, d], -by_a[:, d] - by_b[:, d], p, p, -2 * p])
             gradient[:, d] = np.bincount(where, force, n)
         along = [
             (gradient[members] * ring.tangent(self.arc[members])).sum(axis=1)

@@ -84,7 +84,7 @@ class Ring:
     def gap(self, a: npt.ArrayLike, b: npt.ArrayLike) -> FloatArray:
         """Return the distance along the ring between arc lengths, the shorter way."""
         d = np.mod(np.asarray(a, dtype=float) - np.asarray(b, dtype=float), self.length)
-        return np.minimum(d, self.length - d)
+        return np.asarray(np.minimum(d, self.length - d))
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,11 +112,13 @@ def polygon_rings(polygon: Polygon) -> list[Ring]:
     return [Ring(r.coords) for r in (turned.exterior, *turned.interiors)]
 
 
-def find_corners(ring: Ring, h: float) -> tuple[FloatArray, FloatArray]:
+def find_corners(
+    ring: Ring, h: float, least: float = CORNER_ANGLE
+) -> tuple[FloatArray, FloatArray]:
     """Return arc lengths and turns (radians) of the corners of a ring.
 
-    A corner is a vertex where the chord turns by more than 35 degrees over a window of
-    0.4 h to both sides; of neighbours in one window with turns of one sign the strongest
+    A corner is a vertex where the chord turns by more than `least` (radians) over a window
+    of 0.4 h to both sides; of neighbours in one window with turns of one sign the strongest
     counts.
     """
     window = min(CORNER_WINDOW * h, ring.length / 8)
@@ -124,7 +126,7 @@ def find_corners(ring: Ring, h: float) -> tuple[FloatArray, FloatArray]:
     turn = ring.turn(arc, window, window)
     found: list[int] = []
     for i in np.argsort(-np.abs(turn), kind="stable").tolist():
-        if abs(turn[i]) < CORNER_ANGLE:
+        if abs(turn[i]) < least:
             break
         near = [j for j in found if ring.gap(arc[i], arc[j]) < window and turn[i] * turn[j] > 0]
         if not near:
@@ -134,7 +136,11 @@ def find_corners(ring: Ring, h: float) -> tuple[FloatArray, FloatArray]:
 
 
 def place_stations(
-    rings: Sequence[Ring], h: float, points: FloatArray, indices: IntArray
+    rings: Sequence[Ring],
+    h: float,
+    points: FloatArray,
+    indices: IntArray,
+    corner_angle: float = CORNER_ANGLE,
 ) -> tuple[list[Stations], list[int]]:
     """Choose the points of every ring that must become vertices.
 
@@ -149,6 +155,8 @@ def place_stations(
         Edge length, metres.
     points, indices
         Given points (k, 2) near these rings and the indices by which the caller knows them.
+    corner_angle
+        Least turn of a corner, radians.
 
     Returns
     -------
@@ -163,7 +171,7 @@ def place_stations(
         located = np.array([t for t, _ in projections])
     stations, lost = [], []
     for r, ring in enumerate(rings):
-        arcs, turns = find_corners(ring, h)
+        arcs, turns = find_corners(ring, h, corner_angle)
         rank = [(-2.0 if abs(w) > STRONG_CORNER else 0.0) - abs(w) / 9 for w in turns]
         marks = [(k, float(t), True, -1) for k, t in zip(rank, arcs)]
         marks += [

@@ -84,7 +84,7 @@ def split_in_half(arc: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _parents(edges: IntArray, n: int, e: int) -> IntArray:
-    """Return the old edge of every new edge that joins an old vertex to the middle of an old edge."""
+    """Return the old edge of which every new edge is one half, -1 for the others."""
     is_half = (edges[:, 0] < n) & (edges[:, 1] < n + e)
     return np.where(is_half, edges[:, 1] - n, -1)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from shapely.geometry import Polygon
@@ -11,7 +11,14 @@ from shapely.geometry import Polygon
 from ..errors import CancelledError
 from ..progress import Progress
 from .build import Draft, Row, build_draft, plan_rows
-from .directions import Labels, label_ring, main_axis
+from .directions import (
+    Labels,
+    LabelTable,
+    alternatives,
+    label_ring,
+    label_table,
+    main_axis,
+)
 from .facing import find_facing
 from .lattice import Cut, solve_lattice
 from .overlap import overlap_cuts
@@ -22,13 +29,24 @@ from .rings import Ring, Stations, place_stations, polygon_rings
 
 WEIGHTS = (
     (0.2, 0.05), (0.05, 0.05), (0.5, 0.05), (0.0, 0.05), (0.1, 0.05), (1.0, 0.05),
-    (0.2, 0.25), (0.05, 0.25), (0.5, 0.25), (0.0, 0.25),
+    (0.2, 0.25), (0.05, 0.25), (0.5, 0.25), (0.0, 0.25), (0.2, 0.01), (0.05, 0.01),
+    (0.0, 0.01), (0.2, 0.6), (0.05, 0.6),
 )  # fmt: skip
 """Weights of direction and corners that are tried, in this order."""
-GUIDED_WEIGHTS = ((0.5, 0.05), (1.0, 0.05), (0.2, 0.05), (2.0, 0.05), (0.05, 0.05), (0.5, 0.25))
+GUIDED_WEIGHTS = (
+    (0.5, 0.05), (1.0, 0.05), (0.2, 0.05), (2.0, 0.05), (0.05, 0.05), (0.5, 0.25), (0.2, 0.25),
+    (0.5, 0.01), (0.2, 0.01),
+)  # fmt: skip
 MOST_LABELS = 6
-GOOD = 0.75
+CHANGE_ROUNDS = 3
+MOST_CHANGES = 8
+MANY = 150
+GOOD = 1.0
 """Score at which no other topology is tried."""
+FAIR = 1.85
+"""Score under which no search by single changes is made."""
+ROWS_FROM = 3.0
+"""Score of a plain mesh from which on one with extra rows is tried too."""
 CUT_ROUNDS = 5
 EXACT = 0.1
 """Distance from the boundary, in edge lengths, up to which a given point itself is met."""
@@ -42,6 +60,8 @@ class PartMesh:
     ----------
     rings, stations
         Boundary of the part and the points of it that are vertices.
+    labels
+        Pieces of the rings.
     draft, smoother
         Topology.
     vertices, arc, held
@@ -56,14 +76,15 @@ class PartMesh:
 
     rings: list[Ring]
     stations: list[Stations]
+    labels: list[Labels]
     draft: Draft
     smoother: Smoother
     vertices: FloatArray
     arc: FloatArray
     held: BoolArray
     score: float
-    lost: list[int]
-    attracted: dict[int, int]
+    lost: list[int] = field(default_factory=list)
+    attracted: dict[int, int] = field(default_factory=dict)
 
 
 def check_cancelled(progress: Progress) -> None:
@@ -106,30 +127,110 @@ def mesh_part(
         [i for i, p in enumerate(points) if _distance(rings, p) < 0.5 * h], dtype=np.int64
     )
     stations, lost = place_stations(rings, h, points[near], indices[near])
+    tables = _tables(rings, stations, h, guide)
     best: PartMesh | None = None
-    seen = 0
-    for labels in _label_variants(rings, stations, h, guide):
-        for draft in _drafts(rings, labels, h):
-            check_cancelled(progress)
-            found = _smoothed(rings, stations, draft, h, part.area, guide)
-            _pin(found, points, h)
-            if best is None or found.score < best.score:
-                best = found
-        seen += 1
-        if seen >= MOST_LABELS or (best is not None and best.score < GOOD):
+    for tried, labels in enumerate(_label_variants(tables, guide)):
+        check_cancelled(progress)
+        if tried >= MOST_LABELS or (best is not None and best.score < GOOD):
             break
+        best = _better(best, rings, stations, labels, h, part.area, guide)
     if best is None:
         return None
     best.lost = lost
+    _pin(best, points, h)
     refine(best, h, part.area, guide)
     return best
 
 
+def improve(
+    mesh: PartMesh,
+    h: float,
+    area: float,
+    points: FloatArray,
+    guide: float | None,
+    progress: Progress,
+) -> PartMesh:
+    """Search for a better topology by changes of single turns, while that helps.
+
+    Parameters
+    ----------
+    mesh
+        Where to begin.
+    h, points, guide, progress
+        As for `mesh_part`.
+    area
+        Area of the part, square metres.
+
+    Returns
+    -------
+    PartMesh
+        The best mesh, possibly the one given.
+    """
+    tables = _tables(mesh.rings, mesh.stations, h, guide)
+    weight = WEIGHTS[1] if guide is None else GUIDED_WEIGHTS[2]
+    seen = {_key(mesh.labels)}
+    best = mesh
+    for _ in range(CHANGE_ROUNDS):
+        changes: list[tuple[float, list[Labels]]] = []
+        for r, table in enumerate(tables):
+            for cost, other in alternatives(table, weight, best.labels[r]):
+                labels = [*best.labels[:r], other, *best.labels[r + 1 :]]
+                if _key(labels) not in seen:
+                    changes.append((cost, labels))
+        changes.sort(key=lambda c: c[0])
+        start = best
+        most = MOST_CHANGES if len(mesh.draft.faces) <= MANY else MOST_CHANGES // 2
+        for _, labels in changes[:most]:
+            check_cancelled(progress)
+            seen.add(_key(labels))
+            best = _better(best, mesh.rings, mesh.stations, labels, h, area, guide) or best
+        if best is start or best.score < FAIR:
+            break
+    if best is not mesh:
+        best.lost = mesh.lost
+        _pin(best, points, h)
+        refine(best, h, area, guide)
+    return best
+
+
+def _key(labels: Sequence[Labels]) -> tuple[tuple[tuple[float, int, int], ...], ...]:
+    """Return what makes two labellings of all rings equal."""
+    return tuple(label.key() for label in labels)
+
+
+def _better(
+    best: PartMesh | None,
+    rings: list[Ring],
+    stations: list[Stations],
+    labels: list[Labels],
+    h: float,
+    area: float,
+    guide: float | None,
+) -> PartMesh | None:
+    """Return the best of a mesh and those that belong to labels."""
+    for draft in _drafts(rings, labels, h):
+        found = _smoothed(rings, stations, labels, draft, h, area, guide)
+        if best is None or found.score < best.score:
+            best = found
+        if found.score < ROWS_FROM:
+            break
+    return best
+
+
+def _tables(
+    rings: Sequence[Ring], stations: Sequence[Stations], h: float, guide: float | None
+) -> list[LabelTable]:
+    """Prepare the choice of turns for all rings."""
+    axis = main_axis(rings) if guide is None else guide
+    return [
+        label_table(ring, marks, h, axis, outer=r == 0)
+        for r, (ring, marks) in enumerate(zip(rings, stations))
+    ]
+
+
 def refine(mesh: PartMesh, h: float, area: float, guide: float | None) -> None:
     """Smooth a mesh to the end; keep the result unless it scores worse."""
-    vertices, arc = mesh.smoother.smooth(
-        mesh.vertices, mesh.arc, mesh.held, rounds=3, steps=200
-    )
+    vertices, arc = mesh.smoother.smooth(mesh.vertices, mesh.arc, mesh.held, rounds=3, steps=200)
     value = score(mesh.smoother.topology, vertices, h, area, guide)
     if value < mesh.score + 0.1:
         mesh.vertices, mesh.arc, mesh.score = vertices, arc, value
@@ -140,25 +241,18 @@ def _distance(rings: Sequence[Ring], point: FloatArray) -> float:
     return min(float(ring.project(point[None])[1][0]) for ring in rings)
 
 
-def _label_variants(
-    rings: Sequence[Ring], stations: Sequence[Stations], h: float, guide: float | None
-) -> Iterator[list[Labels]]:
+def _label_variants(tables: Sequence[LabelTable], guide: float | None) -> Iterator[list[Labels]]:
     """Yield different labels of all rings, the most promising first."""
-    axis = main_axis(rings) if guide is None else guide
     weights = WEIGHTS if guide is None else GUIDED_WEIGHTS
-    table = [
-        label_ring(ring, marks, h, axis, weights, outer=r == 0)
-        for r, (ring, marks) in enumerate(zip(rings, stations))
-    ]
+    columns = [label_ring(table, weights) for table in tables]
     seen = set()
     for choice in range(len(weights)):
-        labels = [column[choice] for column in table]
-        complete = [label for label in labels if label is not None]
-        key = tuple(label.key() for label in complete)
-        if len(complete) < len(labels) or key in seen:
+        found = [column[choice] for column in columns]
+        labels = [x[1] for x in found if x is not None]
+        if len(labels) < len(tables) or _key(labels) in seen:
             continue
-        seen.add(key)
-        yield complete
+        seen.add(_key(labels))
+        yield labels
 
 
 def _drafts(rings: list[Ring], labels: list[Labels], h: float) -> Iterator[Draft]:
@@ -187,6 +281,7 @@ def _drafts(rings: list[Ring], labels: list[Labels], h: float) -> Iterator[Draft
 def _smoothed(
     rings: list[Ring],
     stations: list[Stations],
+    labels: list[Labels],
     draft: Draft,
     h: float,
     area: float,
@@ -197,7 +292,7 @@ def _smoothed(
     held = draft.station >= 0
     vertices, arc = smoother.smooth(draft.vertices, draft.arc, held, rounds=4, steps=40)
     value = score(smoother.topology, vertices, h, area, guide)
-    return PartMesh(rings, stations, draft, smoother, vertices, arc, held, value, [], {})
+    return PartMesh(rings, stations, labels, draft, smoother, vertices, arc, held, value)
 
 
 def _pin(mesh: PartMesh, points: FloatArray, h: float) -> None:

@@ -7,10 +7,11 @@ from collections import defaultdict
 from typing import Any, Optional
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse.csgraph import connected_components, dijkstra
 
 from .cpmodel import CpNetwork, Literal, whole, whole_scale
-from .structure import graph
+from .problem import BoolArray, FloatArray
+from .structure import graph, sink_distance
 
 #: Finest unit of distance labels, as a part of one unit of length.
 FINEST_LENGTH = 10_000
@@ -96,31 +97,19 @@ def add_distances(network: CpNetwork, limit: Optional[float] = None) -> None:
     limit
         No vertex may be farther from a sink, in units of length; None for what the mesh allows.
     """
-    index, model, problem = network.index, network.model, network.index.problem
-    unit = whole_scale(problem.length.tolist(), FINEST_LENGTH)
+    index, problem = network.index, network.index.problem
     far = float(problem.length[network.free].sum() + problem.length[problem.existing].sum())
-    top = math.ceil(min(far, far if limit is None else limit) * unit) + 1
+    labels = _Labels(network, far if limit is None else min(far, limit))
     streets = np.flatnonzero(np.array(index.street)).tolist()
-    vertices = sorted({*network.vertices, *streets})
-    label: dict[int, Any] = {}
-    on: dict[int, Literal] = {}
-    for v in vertices:
-        if problem.sinks[v] or math.isinf(index.reach[v]):
-            continue
-        label[v] = model.new_int_var(0, top, "")
-        on[v] = _labelled(network, v)
-    parents: dict[int, list[Any]] = defaultdict(list)
-    arcs: list[tuple[int, Optional[Any]]] = list(network.edge.items())
-    arcs += [(e, None) for e in np.flatnonzero(problem.existing).tolist()]
-    for e, x in arcs:
-        _add_arc(network, e, x, label, on, parents, whole(float(problem.length[e]), unit))
-    for v, literal in on.items():
-        network.clause([*parents[v], network.negated(literal)], "connection to a sink")
-        least = whole(index.reach[v], unit)
-        # in linear form, since this is what the bound of the distance term rests on
-        model.add(label[v] >= least * (1 if literal is True else literal))
-        if not index.street[v]:
-            network.costs.append((label[v], problem.weight_distance / unit))
+    for v in sorted({*network.vertices, *streets}):
+        if not problem.sinks[v] and math.isfinite(index.reach[v]):
+            on = _labelled(network, v)
+            labels.add(v, on, 0.0 if index.street[v] else 1.0)
+    for e, x in network.edge.items():
+        labels.link(*index.ends[e], float(problem.length[e]), x)
+    for e in np.flatnonzero(problem.existing).tolist():
+        labels.link(*index.ends[e], float(problem.length[e]), None)
+    labels.finish()
 
 
 def _labelled(network: CpNetwork, v: int) -> Literal:
@@ -136,32 +125,148 @@ def _labelled(network: CpNetwork, v: int) -> Literal:
     return literal
 
 
-def _add_arc(
-    network: CpNetwork,
-    edge: int,
-    x: Optional[Any],
-    label: dict[int, Any],
-    on: dict[int, Literal],
-    parents: dict[int, list[Any]],
-    length: int,
-) -> None:
-    """Let each end of an edge be the parent of the other; x is None for existing edges."""
-    model = network.model
-    u, v = network.index.ends[edge]
-    ways = []
-    for a, b in ((u, v), (v, u)):
-        if a not in label or (b not in label and not network.index.problem.sinks[b]):
+def add_window_distances(network: CpNetwork, active: BoolArray) -> None:
+    """Label the vertices of a window with distances, the streets outside being fixed.
+
+    What lies outside and leaves through the window counts as the weight of the vertex where it
+    enters. That is exact only while ways outside do not change, so a result is to be judged by
+    its exact objective.
+
+    Parameters
+    ----------
+    network
+        A model of a window.
+    active
+        Shape (e,). The design that the window is cut from.
+    """
+    index, problem = network.index, network.index.problem
+    outside = network.fixed.copy()
+    outside[network.free] = False
+    without = sink_distance(problem, outside)
+    now, weight = _downstream(network, active)
+    labels = _Labels(network, 2.0 * float(now[np.isfinite(now)].max(initial=0.0)) + 30.0)
+    for v in network.vertices:
+        if problem.sinks[v]:
             continue
-        way = model.new_bool_var("")
-        ways.append(way)
-        parents[a].append(way)
-        if x is not None:
-            model.add_implication(way, x)
-        if b in label:
-            model.add(label[a] >= label[b] + length).only_enforce_if(way)
-            if on[b] is not True:
-                model.add_implication(way, on[b])
-        else:
-            model.add(label[a] >= length).only_enforce_if(way)
-    if len(ways) == 2:
-        model.add_at_most_one(ways)
+        labels.add(v, network.vertex[v], weight[v])
+        if math.isfinite(without[v]):
+            labels.fix(v, float(without[v]))
+    for e, x in network.edge.items():
+        labels.link(*index.ends[e], float(problem.length[e]), x)
+    cut_off = [
+        v for v in network.vertices if network.vertex[v] is True and math.isinf(without[v])
+    ]
+    if cut_off:
+        between = dijkstra(graph(problem, outside), indices=cut_off)
+        for i, a in enumerate(cut_off):
+            for b in cut_off[i + 1 :]:
+                if math.isfinite(between[i, b]):
+                    labels.link(a, b, float(between[i, b]), None)
+    labels.finish()
+    labels.hint(now)
+
+
+def _downstream(network: CpNetwork, active: BoolArray) -> tuple[FloatArray, dict[int, float]]:
+    """Return distances of a design, and how many vertices leave through each window vertex."""
+    problem = network.index.problem
+    sinks = np.flatnonzero(problem.sinks)
+    distance, before, _ = dijkstra(
+        graph(problem, active), indices=sinks, min_only=True, return_predecessors=True
+    )
+    counted = np.zeros(len(distance))
+    counted[problem.mesh.edges[active].ravel()] = 1.0
+    counted[problem.sinks | np.array(network.index.street)] = 0.0
+    inside = set(network.vertices)
+    # inactive vertices of the window count once they are active
+    weight = {v: float(not network.index.street[v]) for v in network.vertices}
+    far_first = np.argsort(-np.where(np.isfinite(distance), distance, -1.0), kind="stable")
+    carried = counted.tolist()
+    parents = before.tolist()
+    for v in far_first.tolist():
+        p = parents[v]
+        if v in inside:
+            weight[v] += carried[v] - float(counted[v])
+        elif p >= 0:
+            carried[p] += carried[v]
+    return distance, weight
+
+
+class _Labels:
+    """Distance labels of vertices, each at least that of a parent plus the way to it."""
+
+    def __init__(self, network: CpNetwork, far: float) -> None:
+        problem = network.index.problem
+        self.network = network
+        self.unit = whole_scale(problem.length.tolist(), FINEST_LENGTH)
+        self.top = math.ceil(far * self.unit) + 1
+        self.label: dict[int, Any] = {}
+        self.on: dict[int, Literal] = {}
+        self.parents: dict[int, list[Any]] = defaultdict(list)
+        self.ways: list[tuple[Any, int, int, float]] = []
+        self.fixed: list[tuple[Any, int, float]] = []
+
+    def add(self, v: int, on: Literal, weight: float) -> None:
+        """Give a vertex a label that counts `weight` times."""
+        index, model = self.network.index, self.network.model
+        label = model.new_int_var(0, self.top, "")
+        self.label[v], self.on[v] = label, on
+        least = whole(index.reach[v], self.unit)
+        # in linear form, since this is what the bound of the distance term rests on
+        model.add(label >= least * (1 if on is True else on))
+        if weight > 0:
+            cost = index.problem.weight_distance * weight / self.unit
+            self.network.costs.append((label, cost))
+
+    def fix(self, v: int, distance: float) -> None:
+        """Offer a vertex a distance that is certain."""
+        way = self.network.model.new_bool_var("")
+        least = whole(distance, self.unit)
+        self.network.model.add(self.label[v] >= least).only_enforce_if(way)
+        self.parents[v].append(way)
+        self.fixed.append((way, v, distance))
+
+    def link(self, u: int, v: int, length: float, x: Optional[Any]) -> None:
+        """Let each of two vertices be the parent of the other if x holds (None: always)."""
+        model = self.network.model
+        step = whole(length, self.unit)
+        ways = []
+        for a, b in ((u, v), (v, u)):
+            at_sink = self.network.index.problem.sinks[b]
+            if a not in self.label or (b not in self.label and not at_sink):
+                continue
+            way = model.new_bool_var("")
+            ways.append(way)
+            self.parents[a].append(way)
+            self.ways.append((way, a, b, length))
+            if x is not None:
+                model.add_implication(way, x)
+            base = self.label.get(b, 0)
+            model.add(self.label[a] >= base + step).only_enforce_if(way)
+            if b in self.label and self.on[b] is not True:
+                model.add_implication(way, self.on[b])
+        if len(ways) == 2:
+            model.add_at_most_one(ways)
+
+    def finish(self) -> None:
+        """Demand a parent of every vertex that is on."""
+        for v, on in self.on.items():
+            self.network.clause(
+                [*self.parents[v], self.network.negated(on)], "connection to a sink"
+            )
+
+    def hint(self, distances: FloatArray) -> None:
+        """Suggest the labels of a design, given its distances."""
+        model = self.network.model
+        distance: list[float] = distances.tolist()
+        for v, label in self.label.items():
+            value = distance[v]
+            model.add_hint(label, whole(value, self.unit) if math.isfinite(value) else 0)
+        served: set[int] = set()
+        for way, v, far in self.fixed:
+            take = abs(distance[v] - far) < 1e-9
+            served |= {v} if take else set()
+            model.add_hint(way, take)
+        for way, a, b, length in self.ways:
+            take = a not in served and abs(distance[a] - distance[b] - length) < 1e-9
+            served |= {a} if take else set()
+            model.add_hint(way, take)

@@ -52,8 +52,6 @@ class CpNetwork:
         Edges to decide; all usable ones for the whole problem.
     fixed
         Shape (e,). Edges chosen among the others.
-    cuts
-        Ball-exit inequalities.
     finest
         Largest factor that makes costs whole; the smaller, the faster and the coarser.
     relax
@@ -78,7 +76,6 @@ class CpNetwork:
         index: Structure,
         free: Sequence[int],
         fixed: BoolArray,
-        cuts: Sequence[BallCut] = (),
         *,
         finest: int = FINEST,
         relax: bool = False,
@@ -162,8 +159,8 @@ class CpNetwork:
     def add_terms(self, terms: Iterable[Term]) -> None:
         """Add local rules, patterns and clauses."""
         for term in terms:
-            bodies = [self._body(on, off) for on, off in term.alternatives]
-            bodies = [body for body in bodies if body is not None]
+            tried = [self._body(on, off) for on, off in term.alternatives]
+            bodies = [body for body in tried if body is not None]
             if not bodies:
                 continue
             if term.hard:

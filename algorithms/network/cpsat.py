@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Optional
@@ -35,12 +34,15 @@ class CpResult:
         Proven lower bound of the objective; -inf if there is none.
     exact
         Whether all costs were whole after scaling, so that "optimal" is meant literally.
+    effort
+        Work done, in CP-SAT's deterministic units.
     """
 
     status: str
     active: Optional[BoolArray]
     bound: float
     exact: bool = True
+    effort: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,10 @@ class CpOptions:
         Number of threads.
     interleave
         Whether several strategies take turns in the same order every time.
+    linearization, probing, symmetry
+        Levels of CP-SAT's own means; None for its defaults. Small models solve faster without.
+    first_only
+        Whether the first solution will do.
     """
 
     time_limit: float
@@ -68,6 +74,8 @@ class CpOptions:
     workers: int = 1
     interleave: bool = False
     linearization: Optional[int] = None
+    probing: Optional[int] = None
+    symmetry: Optional[int] = None
     first_only: bool = False
 
 
@@ -128,7 +136,8 @@ def run_cp(
     name = names.get(status, "unknown")
     active = chosen(solver.boolean_value) if name in ("optimal", "feasible") else None
     bound = -np.inf if name == "infeasible" else solver.best_objective_bound / scale + shift
-    return CpResult(name, active, float(bound), scale < network.finest)
+    effort = float(solver.response_proto.deterministic_time)
+    return CpResult(name, active, float(bound), scale < network.finest, effort)
 
 
 def _configure(solver: Any, options: CpOptions) -> None:
@@ -142,6 +151,10 @@ def _configure(solver: Any, options: CpOptions) -> None:
     p.interleave_search = options.interleave
     if options.linearization is not None:
         p.linearization_level = options.linearization
+    if options.probing is not None:
+        p.cp_model_probing_level = options.probing
+    if options.symmetry is not None:
+        p.symmetry_level = options.symmetry
     p.stop_after_first_solution = options.first_only
 
 
@@ -177,6 +190,7 @@ def full_network(
     cuts: Optional[list[BallCut]] = None,
     start: Optional[BoolArray] = None,
     distance_limit: Optional[float] = None,
+    ranks: bool = False,
     finest: int = FINEST,
 ) -> CpNetwork:
     """Build the model of a whole problem.
@@ -191,6 +205,8 @@ def full_network(
         A design to start from.
     distance_limit
         No vertex may be farther than this from a sink; None for no limit.
+    ranks
+        Connect by ranks even if distances count, which then are left out.
     finest
         See `CpNetwork`.
     """
@@ -200,7 +216,7 @@ def full_network(
     network.add_terms(index.terms)
     network.add_cover(index.cover)
     network.add_cuts(ball_cuts(index) if cuts is None else cuts)
-    if index.with_distance:
+    if index.with_distance and not ranks:
         add_distances(network, distance_limit)
     else:
         add_ranks(network)

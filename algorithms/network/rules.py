@@ -12,6 +12,7 @@ import math
 from collections.abc import Iterable, Mapping
 
 import numpy as np
+import shapely
 
 from ..mesh.quadmesh import QuadMesh
 from .problem import BoolArray, Clause, FloatArray, IntArray, Pattern
@@ -100,9 +101,7 @@ def straightness(
                 )
             twice = goes_on and bool(candidate[partner]) and partner < e
             if kink_weight > 0 and goes_on and turn > KINK_FREE and not twice:
-                patterns.append(
-                    Pattern((e, partner), (), kink_weight * (turn / 30) ** 2, "kink")
-                )
+                patterns.append(Pattern((e, partner), (), kink_weight * (turn / 30) ** 2, "kink"))
         if bend_weight > 0:
             patterns += _bends(v, fan, onward, usable, candidate, bend_weight)
     return patterns
@@ -197,11 +196,12 @@ def block_width_corners(
     clauses: list[Clause] = []
     leave = set(skip_faces)
     sides = mesh.lengths[mesh.face_edges]
+    areas = shapely.area(shapely.polygons(mesh.vertices[mesh.faces]))
     for f, edges in enumerate(mesh.face_edges.tolist()):
         if f in leave:
             continue
         across = (sides[f, 0] + sides[f, 2]) / 2, (sides[f, 1] + sides[f, 3]) / 2
-        if min(across) < 0.6 * width:
+        if min(across) < 0.6 * width or areas[f] < 0.5 * width**2:
             continue
         for k in range(4):
             pair = edges[k - 1], edges[k]
@@ -211,6 +211,33 @@ def block_width_corners(
             if able:
                 clauses.append(Clause(able, penalty, "block width"))
     return clauses
+
+
+def small_blocks(
+    mesh: QuadMesh, usable: BoolArray, width: float, weight: float
+) -> list[Pattern]:
+    """Price blocks of one small cell: thinner than 0.62 widths, or of two thirds of the usual area.
+
+    Parameters
+    ----------
+    mesh
+        The candidate mesh; its edge length is the block width.
+    usable
+        Shape (e,). Edges that are or may become streets.
+    width
+        Wished block width in metres.
+    weight
+        Cost of a small cell with streets on all its sides.
+    """
+    sides = mesh.lengths[mesh.face_edges]
+    across = (sides[:, :2] + sides[:, 2:]) / 2
+    areas = shapely.area(shapely.polygons(mesh.vertices[mesh.faces]))
+    small = (across.min(axis=1) < 0.62 * width) | (areas < 0.66 * width**2)
+    small &= usable[mesh.face_edges].all(axis=1)
+    return [
+        Pattern(tuple(sorted(mesh.face_edges[f].tolist())), (), weight, "small block")
+        for f in np.flatnonzero(small).tolist()
+    ]
 
 
 def continuations(

@@ -1,8 +1,8 @@
-"""Real layers become planar sites: read, repair, project, snap."""
+"""Real layers become planar sites: read, repair, project, snap."""  # noqa: A005 (the room is named as in the design)
 
 from __future__ import annotations
 
-from .access import access_points_from_layer
+from .access_layer import access_points_from_layer
 from .carry import carry_to_centre_line
 from .layers import bearing, site_layers
 from .prepare import prepare_sites

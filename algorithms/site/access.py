@@ -6,17 +6,14 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import geopandas as gpd
 import numpy as np
 import numpy.typing as npt
 import shapely
 from shapely.geometry import LineString, Point, Polygon
 from shapely.ops import substring
 
-from ..errors import InputError
-from .crs import layer_crs
 from .roads import RoadNetwork
-from .types import AccessPoint, Site
+from .types import AccessPoint
 
 STEEP = 40.0
 """Smallest angle between an incoming street and the boundary, degrees."""
@@ -35,6 +32,9 @@ MINOR = frozenset({"service", "driveway", "alley", "parking_aisle"})
 
 DEPTH = 8.0
 """Within `WALK` of the boundary an incoming street gets this far from all edges, metres."""
+
+PROBES = np.array([2.0, 5.0, 10.0, 15.0, 20.0, 25.0])
+"""Distances ahead of the boundary at which that is looked at, metres."""
 
 STRAIGHT = 35.0
 """A street goes on through a junction where it turns by less than this, degrees."""
@@ -153,7 +153,7 @@ def _branch(roads: RoadNetwork, j: int, end: int) -> _Branch:
         line, line.length, line.length - walk
     )  # fmt: skip
     here, away = Point(stretch.coords[0]), Point(stretch.coords[-1])
-    return _Branch(j, stretch, _direction(away, here))
+    return _Branch(j, stretch, direction_between(away, here))
 
 
 def _comes_from_outside(polygon: Polygon, branch: _Branch) -> bool:
@@ -203,18 +203,21 @@ def _at_crossings(polygon: Polygon, roads: RoadNetwork) -> list[_Candidate]:
         line = roads.lines[j]
         for x, y in shapely.get_coordinates(shapely.intersection(line, boundary)).tolist():
             at = float(line.project(Point(x, y)))
-            ends = [
-                line.interpolate(max(0.0, at - CROSSING)),
-                line.interpolate(min(line.length, at + CROSSING)),
-            ]
-            inside = [bool(polygon.contains(p)) for p in ends]
-            if inside[0] == inside[1]:
-                continue
-            direction = _direction(ends[inside.index(False)], ends[inside.index(True)])
-            place = Point(x, y)
-            candidate = _candidate(polygon, place, place, direction, roads, int(j))
-            if candidate is not None:
-                result.append(candidate)
+            for sign in (-1.0, 1.0):
+                steps = at + sign * np.array([-CROSSING, CROSSING])
+                tail, head = shapely.line_interpolate_point(line, np.clip(steps, 0.0, line.length))
+                if polygon.contains(tail) or not polygon.contains(head):
+                    continue
+                ahead = at + sign * PROBES
+                ahead = ahead[(ahead >= 0.0) & (ahead <= line.length)]
+                path = shapely.line_interpolate_point(line, ahead)
+                if _goes_deep(polygon, path):
+                    direction = direction_between(tail, head)
+                    sine = _sine(polygon, Point(x, y), direction)
+                    point = AccessPoint(
+                        (x, y), (x, y), direction, str(roads.names[j]), str(roads.kinds[j])
+                    )
+                    result.append(_Candidate(point, sine))
     return result
 
 
@@ -226,33 +229,35 @@ def _candidate(
     roads: RoadNetwork,
     line: int,
 ) -> _Candidate | None:
-    """An access point, if its direction is steep to the boundary and leads inside."""
-    tangent = boundary_tangent(polygon, place)
-    sine = abs(tangent[0] * direction[1] - tangent[1] * direction[0])
-    if sine < math.sin(math.radians(STEEP)) or not _leads_inside(polygon, place, direction):
+    """Make an access point, if its direction is steep to the boundary and leads inside."""
+    sine = _sine(polygon, place, direction)
+    ahead = shapely.points(np.array([place.x, place.y]) + PROBES[:, None] * np.array(direction))
+    if sine < math.sin(math.radians(STEEP)) or not _goes_deep(polygon, ahead):
         return None
     xy, origin = (place.x, place.y), (junction.x, junction.y)
     point = AccessPoint(xy, origin, direction, str(roads.names[line]), str(roads.kinds[line]))
     return _Candidate(point, sine)
 
 
-def _leads_inside(polygon: Polygon, place: Point, direction: tuple[float, float]) -> bool:
-    """Tell whether going on from `place` leads into the site, not along its edge."""
-    steps = np.array([2.0, *np.arange(5.0, WALK + 1.0, 5.0)])
-    ahead = shapely.points(np.array([place.x, place.y]) + steps[:, None] * np.array(direction))
+def _sine(polygon: Polygon, place: Point, direction: tuple[float, float]) -> float:
+    """Sine of the angle between a direction and the boundary at a point on it."""
+    tangent = boundary_tangent(polygon, place)
+    return abs(tangent[0] * direction[1] - tangent[1] * direction[0])
+
+
+def _goes_deep(polygon: Polygon, ahead: npt.NDArray[Any]) -> bool:
+    """Tell whether the points ahead lead into the site, not along its edge."""
     inside = shapely.contains(polygon, ahead)
-    if not inside[0]:
+    if len(inside) == 0 or not inside[0]:
         return False
     ahead = ahead[: len(inside) if np.all(inside) else int(np.argmin(inside))]
     # about the half width of the site: a small site has no place 8 m from its edges
     half_width = 2.0 * polygon.area / polygon.length
     deepest = float(np.max(shapely.distance(ahead, polygon.boundary)))
-    return deepest >= min(DEPTH, 0.4 * half_width)
+    return bool(deepest >= min(DEPTH, 0.4 * half_width))
 
 
-def boundary_tangent(
-    polygon: Polygon, place: Point, window: float = 5.0
-) -> tuple[float, float]:
+def boundary_tangent(polygon: Polygon, place: Point, window: float = 5.0) -> tuple[float, float]:
     """Give the direction of the boundary at a point on it.
 
     Parameters
@@ -274,118 +279,21 @@ def boundary_tangent(
     at = float(ring.project(place))
     before = ring.interpolate((at - window) % ring.length)
     after = ring.interpolate((at + window) % ring.length)
-    return _direction(before, after)
+    return direction_between(before, after)
 
 
-def _direction(a: Point, b: Point) -> tuple[float, float]:
-    size = max(math.hypot(b.x - a.x, b.y - a.y), 1e-12)
-    return (b.x - a.x) / size, (b.y - a.y) / size
-
-
-def access_points_from_layer(
-    frame: gpd.GeoDataFrame, site: Site, layer_name: str = "Access points"
-) -> list[AccessPoint]:
-    """Take access points back from a layer, so that the planner can edit them.
+def direction_between(a: Point, b: Point) -> tuple[float, float]:
+    """Give the unit vector from one point to another.
 
     Parameters
     ----------
-    frame
-        Points; the columns bearing_deg (direction into the site, degrees clockwise from
-        north), name and site_id are read where present. Without a bearing the direction
-        is square to the boundary.
-    site
-        The site they belong to; rows with another site_id are passed over.
-    layer_name
-        Name of the layer, for messages.
-
-    Returns
-    -------
-    list of AccessPoint
-        Moved onto the boundary, in the order in which they lie along the rings.
-
-    Raises
-    ------
-    InputError
-        If the layer has no CRS, a geometry is not a point, or a point lies further than
-        the site's snap distance from its boundary.
-    """
-    crs = layer_crs(frame, layer_name)
-    if "site_id" in frame.columns:
-        own = frame["site_id"]
-        frame = frame[(own == site.site_id) | own.isna()]
-    geometry = frame.geometry if crs == site.crs else frame.geometry.to_crs(site.crs)
-    bearings = frame["bearing_deg"] if "bearing_deg" in frame.columns else [None] * len(frame)
-    names = frame["name"] if "name" in frame.columns else [None] * len(frame)
-    result = []
-    for feature, place, bearing, name in zip(frame.index, geometry, bearings, names):
-        if place is None or place.is_empty:
-            continue
-        point = _edited_point(place, bearing, site, layer_name, feature)
-        result.append(
-            AccessPoint(point.xy, point.junction, point.direction, _text(name))
-        )
-    return in_ring_order(site.polygon, result)
-
-
-def _edited_point(
-    place: Any, bearing: Any, site: Site, layer: str, feature: object
-) -> AccessPoint:
-    label = feature if isinstance(feature, (int, str)) else str(feature)
-    if place.geom_type == "MultiPoint" and len(place.geoms) == 1:
-        place = place.geoms[0]
-    if place.geom_type != "Point":
-        raise InputError(
-            f"is a {place.geom_type}, not a point.", "Give a point layer.",
-            layer=layer, feature=label,
-        )  # fmt: skip
-    gap = float(site.polygon.boundary.distance(place))
-    if not gap <= site.snap_distance:
-        raise InputError(
-            f"the point lies {gap:.0f} m from the boundary of {site.name}, further than the "
-            f"snap distance of {site.snap_distance:g} m.",
-            "Move it to the boundary, or delete it.",
-            layer=layer,
-            feature=label,
-        )
-    on = Point(site.polygon.boundary.interpolate(site.polygon.boundary.project(place)))
-    junction = place if gap > 0.01 and not site.polygon.contains(place) else on
-    number = _number(bearing)
-    if number is None:
-        direction = inward(site.polygon, on)
-    else:
-        angle = math.radians(number)
-        direction = (math.sin(angle), math.cos(angle))
-    return AccessPoint((on.x, on.y), (junction.x, junction.y), direction)
-
-
-def inward(polygon: Polygon, place: Point) -> tuple[float, float]:
-    """Give the direction square to the boundary into the site.
-
-    Parameters
-    ----------
-    polygon
-        The site.
-    place
-        Point on its boundary.
+    a, b
+        From and to.
 
     Returns
     -------
     tuple of float
-        Unit vector.
+        Unit vector, zero where the points coincide.
     """
-    tx, ty = boundary_tangent(polygon, place)
-    left = Point(place.x - ty, place.y + tx)
-    right = Point(place.x + ty, place.y - tx)
-    return (-ty, tx) if polygon.distance(left) <= polygon.distance(right) else (ty, -tx)
-
-
-def _number(value: Any) -> float | None:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        return None
-    return number if math.isfinite(number) else None
-
-
-def _text(value: Any) -> str:
-    return value if isinstance(value, str) else ""
+    size = max(math.hypot(b.x - a.x, b.y - a.y), 1e-12)
+    return (b.x - a.x) / size, (b.y - a.y) / size

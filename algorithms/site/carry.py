@@ -80,4 +80,4 @@ def _straight_on(
 def _crosses(site: Site, here: Point, there: Point) -> bool:
     """Tell whether the way leads through the site (more than the roundness of a corner)."""
     way = LineString([here, there])
-    return float(way.intersection(site.polygon).length) > max(1.0, 0.25 * way.length)
+    return bool(way.intersection(site.polygon).length > max(1.0, 0.25 * way.length))

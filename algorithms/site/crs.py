@@ -5,6 +5,8 @@ Degrees and feet never reach the mathematics (design notes, section 3).
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import geopandas as gpd
 import numpy as np
 import numpy.typing as npt
@@ -82,7 +84,7 @@ def distortion(crs: CRS, bounds: npt.NDArray[np.float64]) -> float:
     """
     x, y = _five_points(bounds)
     try:
-        lon, lat = Transformer.from_crs(crs, crs.geodetic_crs, always_xy=True).transform(x, y)
+        lon, lat = transformer(crs, crs.geodetic_crs).transform(x, y)
         factors = Proj(crs).get_factors(lon, lat, errcheck=False)
     except (ProjError, TypeError):
         return float("inf")
@@ -140,7 +142,7 @@ def working_crs(crs: CRS, bounds: npt.NDArray[np.float64], layer: str) -> CRS:
         return crs
     x, y = _five_points(bounds)
     try:
-        lon, lat = Transformer.from_crs(crs, CRS.from_epsg(4326), always_xy=True).transform(x, y)
+        lon, lat = transformer(crs, CRS.from_epsg(4326)).transform(x, y)
     except ProjError as error:
         raise _misfit(crs, layer) from error
     if not (np.all(np.isfinite(lon)) and np.all(np.abs(lat) <= 90.0)):
@@ -153,6 +155,7 @@ def working_crs(crs: CRS, bounds: npt.NDArray[np.float64], layer: str) -> CRS:
     return CRS.from_user_input(f"+proj=tmerc {centre} +k=1 +datum=WGS84 +units=m +type=crs")
 
 
+@lru_cache(maxsize=64)
 def transformer(source: CRS, target: CRS) -> Transformer:
     """Give the transformer between two CRSs, x before y.
 

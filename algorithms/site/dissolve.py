@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, List, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,6 @@ from pyproj import CRS
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from shapely.geometry import Polygon
-from shapely.geometry.polygon import orient
 
 from .repair import GRID, NO_AREA, Geometries, Problems
 
@@ -26,6 +25,14 @@ SMALLEST = 1.0
 
 CRUMB = 0.02
 """Pieces that come off when needles are cut, below this share of the largest, are dropped."""
+
+
+MITRE = 3.0
+"""Sharper corners than this allows (40 degrees) lose their tips as needles do."""
+
+_ROUNDS = 6
+
+_Piece = Tuple[Polygon, List[Any]]
 
 
 def dissolve(
@@ -52,19 +59,67 @@ def dissolve(
         One polygon per site, exterior counter-clockwise, with the ids of the features it is
         made of; ordered by the first of them.
     """
-    sites: list[tuple[Polygon, list[Any]]] = []
+    pieces = [(polygon, [feature]) for polygon, feature in zip(polygons, ids.tolist())]
+    # filling one gap may bring two sites within reach of each other, and cutting a needle may
+    # bare another: repeat until nothing changes, so that a prepared site stays as it is
+    for _ in range(_ROUNDS):
+        after = _round(pieces, layer, crs, problems)
+        if _same(pieces, after):
+            break
+        pieces = after
+    return after if pieces else []
+
+
+def _round(pieces: list[_Piece], layer: str, crs: CRS, problems: Problems) -> list[_Piece]:
+    """Join what adjoins and clean each result."""
+    polygons = np.array([p for p, _ in pieces], dtype=object)
+    tidy = _tidy(polygons)
+    ordered = _canonical(polygons)
+    result: list[_Piece] = []
     for members in _groups(polygons):
-        own = list(dict.fromkeys(ids[members].tolist()))
-        merged = polygons[members[0]]
-        if len(members) > 1:
-            merged = _close(polygons[members], layer, own[0], crs, problems)
-        for part in shapely.get_parts(merged):
-            sites += [(p, own) for p in _clean(part, layer, own[0], crs, problems)]
-    return sites
+        if len(members) == 1 and tidy[members[0]]:
+            result.append((ordered[members[0]], pieces[members[0]][1]))
+            continue
+        own = list(dict.fromkeys(f for k in members for f in pieces[k][1]))
+        if len(members) == 1:
+            result += [(p, own) for p in _clean(polygons[members[0]], layer, own[0], crs, problems)]
+            continue
+        merged = _close(polygons[members], layer, own[0], crs, problems)
+        parts = shapely.get_parts(merged)
+        for part in parts:
+            if len(parts) > 1:  # pieces that lie close but cannot be joined
+                inside = shapely.intersects(part, shapely.point_on_surface(polygons[members]))
+                own = list(dict.fromkeys(f for k in members[inside] for f in pieces[k][1])) or own
+            result += [(p, own) for p in _clean(part, layer, own[0], crs, problems)]
+    return result
+
+
+def _tidy(polygons: Geometries) -> npt.NDArray[np.bool_]:
+    """Tell which polygons need no cleaning: without holes, needles and not small."""
+    core = shapely.buffer(polygons, -NEEDLE, join_style="mitre")
+    opened = shapely.buffer(core, NEEDLE, join_style="mitre", mitre_limit=MITRE)
+    plain = shapely.get_num_interior_rings(polygons) == 0
+    plain &= ~shapely.is_empty(core) & (shapely.area(polygons) >= SMALLEST)
+    plain[plain] &= shapely.area(shapely.difference(polygons[plain], opened[plain])) < NEEDLE
+    return plain
+
+
+def _canonical(polygons: Geometries) -> Geometries:
+    """Start rings at their lowest point, exteriors counter-clockwise, holes clockwise."""
+    result: Geometries = shapely.reverse(shapely.normalize(polygons))
+    return result
+
+
+def _same(before: list[_Piece], after: list[_Piece]) -> bool:
+    if len(before) != len(after):
+        return False
+    a = np.array([p for p, _ in before], dtype=object)
+    b = np.array([p for p, _ in after], dtype=object)
+    return bool(np.all(shapely.equals_exact(a, b, 0.0)))
 
 
 def _groups(polygons: Geometries) -> list[npt.NDArray[np.intp]]:
-    """Indices of polygons that lie within `GAP` of each other, in order of the first."""
+    """Group polygons that lie within `GAP` of each other; indices, in order of the first."""
     n = len(polygons)
     if n == 0:
         return []
@@ -82,7 +137,8 @@ def _close(
     polygons: Geometries, layer: str, feature: object, crs: CRS, problems: Problems
 ) -> shapely.Geometry:
     """Unite polygons and fill the gaps between them, leaving the other edges as they are."""
-    united = shapely.union_all(polygons, grid_size=GRID)
+    # in floating point, then rounded: several times faster than on the grid all the way
+    united = shapely.set_precision(shapely.union_all(shapely.set_precision(polygons, 0)), GRID)
     half = GAP / 2
     closed = shapely.buffer(shapely.buffer(united, half, join_style="mitre"), -half,
                             join_style="mitre")  # fmt: skip
@@ -114,7 +170,7 @@ def _clean(
             what = f"a piece of {piece.area:.2f} m2 hangs on by less than {2 * NEEDLE:g} m"
             problems.add(layer, feature, what, "dropped", "warning", piece, crs)
             continue
-        result.append(orient(shapely.normalize(piece)))
+        result.append(_canonical(piece))
     return result
 
 
@@ -128,9 +184,7 @@ def _fill_slits(
     if not np.any(slit):
         return polygon
     for hole in holes[slit]:
-        problems.add(
-            layer, feature, f"a hole narrower than {GAP:g} m", "filled", "info", hole, crs
-        )
+        problems.add(layer, feature, f"a hole narrower than {GAP:g} m", "filled", "info", hole, crs)
     return Polygon(polygon.exterior, [h.exterior for h in holes[~slit]])
 
 
@@ -142,7 +196,7 @@ def _cut_needles(
         what = f"narrower than {2 * NEEDLE:g} m everywhere"
         problems.add(layer, feature, what, "skipped", "error", polygon, crs)
         return []
-    opened = shapely.buffer(core, NEEDLE, join_style="mitre", mitre_limit=3.0)
+    opened = shapely.buffer(core, NEEDLE, join_style="mitre", mitre_limit=MITRE)
     needles = shapely.get_parts(shapely.difference(polygon, opened))
     needles = needles[shapely.area(needles) > NEEDLE]
     if len(needles) == 0:

@@ -210,8 +210,13 @@ def _clear(
     """Tell where the way from boundary to road is free of other parts of the site."""
     if len(points) == 0:
         return np.zeros(0, dtype=bool)
-    ways = shapely.linestrings(np.stack([_xy(points), _xy(foot)], axis=1))
-    inside = shapely.length(shapely.intersection(ways, polygon))
+    a, b = _xy(points), _xy(foot)
+    step = np.minimum(0.5, reach)[:, None] * _unit(b - a)  # off the boundary that it starts on
+    shapely.prepare(polygon)
+    meets = shapely.intersects(polygon, shapely.linestrings(np.stack([a + step, b], axis=1)))
+    inside = np.zeros(len(points))
+    ways = shapely.linestrings(np.stack([a[meets], b[meets]], axis=1))
+    inside[meets] = shapely.length(shapely.intersection(ways, polygon))
     wholly = (inside > 0.9 * reach) & (reach <= INSIDE)
     return np.asarray((inside < 1.0) | wholly)
 

@@ -9,7 +9,7 @@ import geopandas as gpd
 import numpy as np
 import shapely
 from pyproj import CRS
-from shapely.geometry import LineString, MultiLineString, Polygon
+from shapely.geometry import LineString, MultiLineString, Point, Polygon
 
 from ..errors import CancelledError, InputError
 from ..progress import Progress, Silent
@@ -17,7 +17,7 @@ from .access import access_points
 from .crs import DISTORTION, distortion, layer_crs, transformer, working_crs
 from .dissolve import dissolve
 from .frontage import frontage
-from .repair import Geometries, Problems, repair_polygons
+from .repair import NO_AREA, POLYGON_TYPE, Geometries, Problems, repair_polygons
 from .roads import RoadLayer, RoadNetwork
 from .types import AccessPoint, BoundaryStreet, PreparedSites, Site
 
@@ -26,6 +26,7 @@ SMALLEST_OBSTACLE = 25.0
 
 _SHORTEST_INNER = 5.0
 _ALONG_EDGE = 1.0
+_WAY_IN = 25.0
 _NAME_COLUMNS = ("name", "site", "label", "nom", "libelle")
 
 InnerRoads = Literal["ignore", "keep"]
@@ -156,19 +157,17 @@ class _Obstacles:
         if self.crs != crs:
             geometry = gpd.GeoSeries(geometry, crs=self.crs).to_crs(crs).to_numpy()
         areas, ids = repair_polygons(geometry, ids, self.layer, crs, self._problems)
-        result = []
-        for area, feature in zip(areas, ids):
-            for part in shapely.get_parts(shapely.intersection(area, polygon)):
-                if part.geom_type != "Polygon" or part.area == 0:
-                    continue
-                if part.area < SMALLEST_OBSTACLE:
-                    what = f"covers {part.area:.1f} m2 of the site"
-                    self._problems.add(
-                        self.layer, feature, what, "left out as too small", "info", part, crs
-                    )
-                    continue
-                result.append(part)
-        return result
+        shapely.prepare(polygon)
+        edge = ~shapely.covers(polygon, areas)
+        areas[edge] = shapely.intersection(areas[edge], polygon)
+        parts, origin = shapely.get_parts(areas, return_index=True)
+        keep = (shapely.get_type_id(parts) == POLYGON_TYPE) & (shapely.area(parts) > NO_AREA)
+        parts, origin = parts[keep], origin[keep]
+        small = shapely.area(parts) < SMALLEST_OBSTACLE
+        for part, k in zip(parts[small], origin[small]):
+            what = f"a part covers {part.area:.1f} m2 of the site"
+            self._problems.add(self.layer, ids[k], what, "left out as too small", "info", part, crs)
+        return list(parts[~small])
 
 
 def _sites_of(
@@ -187,9 +186,7 @@ def _sites_of(
     total = np.concatenate([finite[:, :2].min(axis=0), finite[:, 2:].max(axis=0)])
     crs = working_crs(source_crs, total, layer)
     ids = polygons.index.to_numpy()
-    areas, own = repair_polygons(
-        _project(geometry, source_crs, crs), ids, layer, crs, problems
-    )
+    areas, own = repair_polygons(_project(geometry, source_crs, crs), ids, layer, crs, problems)
     pieces = dissolve(areas, own, layer, crs, problems)
     if not pieces:
         raise InputError(
@@ -198,16 +195,27 @@ def _sites_of(
             "system may be wrong.",
             layer=layer,
         )
+    extent = shapely.total_bounds([p for p, _ in pieces])
+    true_everywhere = distortion(crs, extent) < DISTORTION
     result = []
     for polygon, features in pieces:
         # a layer may span more than one projection can hold: then each site has its own
-        if distortion(crs, polygon.bounds) < DISTORTION:
+        if true_everywhere or distortion(crs, polygon.bounds) < DISTORTION:
             result.append((polygon, crs, features))
             continue
         near = working_crs(crs, polygon.bounds, layer)
-        moved = _project(np.array([polygon], dtype=object), crs, near)
-        fixed, label = repair_polygons(moved, np.array([features[0]]), layer, near, problems)
-        result += [(p, near, features) for p, _ in dissolve(fixed, label, layer, near, problems)]
+        if near == crs:
+            result.append((polygon, crs, features))
+        else:
+            moved = _project(np.array([polygon], dtype=object), crs, near)
+            fixed, own = repair_polygons(moved, np.array([features[0]]), layer, near, problems)
+            fresh = dissolve(fixed, own, layer, near, problems)
+            result += [(p, near, features) for p, _ in fresh]
+        error = distortion(near, result[-1][0].bounds)
+        if error >= DISTORTION:
+            what = f"so large that lengths are wrong by up to {100 * error:.1f} %"
+            todo = "see whether the right polygon and coordinate reference system are chosen"
+            problems.add(layer, features[0], what, todo, "warning", polygon, crs)
     return result
 
 
@@ -244,6 +252,7 @@ def _one_site(
         if stretches.is_empty:
             _report_no_frontage(task, polygon, crs, feature, network)
     barred = [] if task.obstacles is None else task.obstacles.inside(polygon, crs)
+    points = _without_barred(task, points, barred, crs)
     return Site(
         name=name,
         feature=feature if isinstance(feature, (int, str)) else str(feature),
@@ -258,6 +267,28 @@ def _one_site(
         site_id=number,
         snap_distance=task.snap_distance,
     )
+
+
+def _without_barred(
+    task: _Task, points: list[AccessPoint], barred: list[Polygon], crs: CRS
+) -> list[AccessPoint]:
+    """Leave out the access points whose street would go on into an obstacle."""
+    if not barred:
+        return points
+    ground = np.array(barred, dtype=object)
+    tree = shapely.STRtree(ground)
+    kept = []
+    for point in points:
+        way = LineString([point.xy, np.array(point.xy) + _WAY_IN * np.array(point.direction)])
+        ahead = shapely.union_all(ground[tree.query(way)])
+        if way.intersection(ahead).length <= 0.5 * _WAY_IN:
+            kept.append(point)
+            continue
+        what = f"the street {point.name or 'without a name'} arrives at an obstacle"
+        task.problems.add(
+            task.road_layer, "", what, "no access point there", "info", Point(point.xy), crs
+        )
+    return kept
 
 
 def _inner_streets(polygon: Polygon, network: RoadNetwork) -> list[BoundaryStreet]:

@@ -17,7 +17,9 @@ GRID = 1e-3
 NO_AREA = 1e-4
 """Polygons of less than this are taken to have no area, square metres."""
 
-_POLYGON = 3
+POLYGON_TYPE = 3
+"""Shapely's number of the geometry type polygon."""
+
 _MULTI_POLYGON = 6
 _COLLECTION = 7
 
@@ -172,7 +174,7 @@ def _polygon_parts(geometries: Geometries) -> tuple[Geometries, npt.NDArray[np.i
     """All polygons in the geometries, with the index of the geometry that each is from."""
     parts, origin = shapely.get_parts(geometries, return_index=True)
     nested, again = shapely.get_parts(parts, return_index=True)  # collections hold multiparts
-    keep = shapely.get_type_id(nested) == _POLYGON
+    keep = shapely.get_type_id(nested) == POLYGON_TYPE
     return nested[keep], origin[again[keep]]
 
 
@@ -185,7 +187,7 @@ def _drop_unusable(
         what = "NULL" if geometries[i] is None else "EMPTY"
         problems.add(layer, ids[i], f"geometry is {what}", "skipped", "error", None, crs)
     kind = shapely.get_type_id(geometries)
-    other = ~empty & ~np.isin(kind, (_POLYGON, _MULTI_POLYGON, _COLLECTION))
+    other = ~empty & ~np.isin(kind, (POLYGON_TYPE, _MULTI_POLYGON, _COLLECTION))
     for i in np.flatnonzero(other):
         what = f"geometry is a {geometries[i].geom_type}, not a polygon"
         problems.add(layer, ids[i], what, "skipped", "error", geometries[i], crs)

@@ -24,11 +24,16 @@ CLASS_COLUMNS = ("highway", "kind", "class", "fclass", "nature", "road_class", "
 NAME_COLUMNS = ("name", "street_name", "streetname", "nom_voie_g", "nom_voie", "fullname", "street")
 HIDDEN_COLUMNS = ("tunnel",)
 
-NOT_STREETS = frozenset(
-    "footway path steps cycleway track pedestrian corridor platform bridleway construction "
-    "proposed trail elevator".split()
-)
-"""Values of OSM's `highway` that no vehicle's street has."""
+NOT_STREETS = frozenset({
+    # OpenStreetMap's highway
+    "footway", "path", "steps", "cycleway", "track", "pedestrian", "corridor", "platform",
+    "bridleway", "construction", "proposed", "trail", "elevator", "raceway", "busway",
+    # nobody enters a site from a motorway
+    "motorway", "motorway_link",
+    # BD TOPO's NATURE
+    "sentier", "escalier", "chemin", "piste cyclable", "type autoroutier", "autoroute",
+})  # fmt: skip
+"""Road classes that serve no site: ways for walking and riding, and motorways."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +92,7 @@ class RoadLayer:
         use = line & ~walk & ~tunnel
         if np.any(line & ~use):
             progress.info(
-                f"Layer '{layer}': {int(np.sum(line & walk))} footways, cycleways, tracks and "
+                f"Layer '{layer}': {int(np.sum(line & walk))} paths, motorways and "
                 f"the like and {int(np.sum(line & tunnel & ~walk))} tunnels are not counted as "
                 "streets."
             )

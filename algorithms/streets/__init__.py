@@ -1,7 +1,8 @@
 """Street plans: network, levels, alignment, segments, blocks and their layers."""
 
+from .fitting import edge_length, site_mesh, site_meshes
 from .layers import plan_layers
-from .plan import SitePlan, StreetPlan, design_streets, edge_length, plan_site, site_mesh
+from .plan import SitePlan, StreetPlan, design_streets, plan_site
 from .survey import Ground, Wishes, arriving_streets, survey
 
 __all__ = [
@@ -15,5 +16,6 @@ __all__ = [
     "plan_layers",
     "plan_site",
     "site_mesh",
+    "site_meshes",
     "survey",
 ]

@@ -59,9 +59,7 @@ def chains(mesh: QuadMesh, level: IntArray, positions: FloatArray | None = None)
     return found
 
 
-def _partners(
-    mesh: QuadMesh, level: IntArray, where: FloatArray
-) -> dict[tuple[int, int], int]:
+def _partners(mesh: QuadMesh, level: IntArray, where: FloatArray) -> dict[tuple[int, int], int]:
     """(vertex, edge) -> the edge that carries the street on."""
     partner: dict[tuple[int, int], int] = {}
     for v, fan in enumerate(mesh.vertex_edges):
@@ -90,7 +88,7 @@ def _walk(
     mesh: QuadMesh, partner: dict[tuple[int, int], int], v: int, edge: int, seen: set[int]
 ) -> list[int]:
     """Vertices that follow v when a street is followed over `edge` and onwards."""
-    path = []
+    path: list[int] = []
     while True:
         onward = partner.get((v, edge))
         if onward is None or onward in seen:

@@ -70,15 +70,18 @@ def plan_layers(plan: StreetPlan) -> dict[str, gpd.GeoDataFrame]:
     layers = {}
     for key, frames in parts.items():
         full = [frame for frame in frames if len(frame)]
-        joined = pd.concat(full, ignore_index=True) if full else _frame([], COLUMNS[key], source, source)
+        joined = (
+            pd.concat(full, ignore_index=True) if full else _frame([], COLUMNS[key], source, source)
+        )
         if not key.startswith("problem"):
             joined[f"{key[:-1]}_id"] = np.arange(1, len(joined) + 1)
         layers[key] = gpd.GeoDataFrame(joined, geometry="geometry", crs=source)
     return layers
 
 
-def _frame(rows: list[Row], columns: Sequence[str], crs: CRS, source: CRS) -> gpd.GeoDataFrame:
+def _frame(given: Iterable[Row], columns: Sequence[str], crs: CRS, source: CRS) -> gpd.GeoDataFrame:
     """Rows as a frame in the source CRS."""
+    rows = list(given)
     data = {c: [row.get(c) for row in rows] for c in columns}
     geometry = gpd.GeoSeries([row["geometry"] for row in rows], crs=crs)
     frame = gpd.GeoDataFrame(data, geometry=geometry, crs=crs)
@@ -149,7 +152,9 @@ def _junctions(plan: SitePlan) -> Iterable[Row]:
     """Where streets meet, end or leave the site."""
     ground, level = plan.network.ground, plan.network.level
     mesh = ground.mesh
-    distance = {v: d for s in plan.segments for v, d in ((s.start, s.dist_start), (s.end, s.dist_end))}
+    distance = {
+        v: d for s in plan.segments for v, d in ((s.start, s.dist_start), (s.end, s.dist_end))
+    }
     for v in sorted(distance):
         streets = int(sum(level[e] > 0 for e in mesh.vertex_edges[v]))
         on_edge = bool(mesh.boundary_vertices[v])

@@ -10,9 +10,8 @@ import networkx as nx
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import CancelledError
-from ..network import solve
 from ..network.problem import BoolArray, Clause, Design, NetworkProblem
+from ..network.solve import solve
 from ..network.specification import FORBID, Specification
 from ..progress import Deadline, Progress, SearchState, Silent
 from .program import COLLECTOR, LOCAL, level_problem
@@ -135,7 +134,9 @@ def _locals(
         share = max(1.0, deadline.left * sizes[i] / max(1, sum(sizes[i:])))
         one = solve_level(part, spec, share, progress, f"block {i + 1} of {len(groups)}")
         level[one.design.active] = LOCAL
-        progress.stage(f"Local streets, block {i + 1} of {len(groups)}", 0.6 + 0.3 * i / len(groups))
+        progress.stage(
+            f"Local streets, block {i + 1} of {len(groups)}", 0.6 + 0.3 * i / len(groups)
+        )
         yield one
 
 

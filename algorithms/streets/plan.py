@@ -11,14 +11,16 @@ from dataclasses import dataclass, field
 import numpy as np
 from shapely.geometry import LineString
 
-from ..errors import CancelledError, InputError
-from ..mesh import QuadMesh, quadrangulate, subdivide
+from ..errors import CancelledError, InputError, MeshError
+from ..mesh import QuadMesh, subdivide
 from ..network.problem import IntArray
 from ..network.specification import Specification
 from ..progress import Deadline, Progress, Silent
 from ..site.types import AccessPoint, Site
+from .adopt import adopt_streets
 from .align import Alignment, align
 from .blocks import Block, blocks, reach_edge
+from .fitting import block_misfit, site_meshes
 from .levels import LevelledNetwork, design_levels
 from .segments import Segment, connectors, segments
 from .survey import Ground, Wishes, arriving_streets, survey
@@ -187,43 +189,48 @@ def plan_site(
 ) -> SitePlan:
     """Design the streets of one site; parameters as in `design_streets`."""
     progress = progress or Silent()
-    started = time.monotonic()
+    deadline = Deadline(max(1.0, seconds), progress)
     progress.stage(f"{site.name}: candidate mesh", 0.05)
     arrivals = arriving_streets(site, ARRIVAL_SPACING * spec.block_width)
-    mesh = mesh or site_mesh(site, spec, arrivals, progress)
+    meshes = [mesh] if mesh is not None else site_meshes(site, spec, arrivals, progress)
+    best: tuple[float, SitePlan] | None = None
+    for i, one in enumerate(meshes):
+        if best is not None and deadline.passed():
+            break
+        left = max(1.0, deadline.left / (len(meshes) - i))
+        plan = _plan_on(site, spec, one, arrivals, wishes, left, progress)
+        score = _misfit(plan, spec) if len(meshes) > 1 else 0.0
+        if best is None or score < best[0] - 1e-9:
+            best = score, plan
+    if best is None:
+        raise MeshError(f"No candidate mesh could be made of {site.name}.")
+    return best[1]
+
+
+def _plan_on(
+    site: Site,
+    spec: Specification,
+    mesh: QuadMesh,
+    arrivals: Sequence[AccessPoint],
+    wishes: Wishes | None,
+    seconds: float,
+    progress: Progress,
+) -> SitePlan:
+    """Design the streets of one site on one mesh."""
     progress.stage(f"{site.name}: reading the ground", 0.3)
-    ground = survey(site, mesh, spec, attracted=arrivals, wishes=wishes)
+    mesh, adopted = adopt_streets(mesh, site)
+    ground = survey(site, mesh, spec, attracted=arrivals, wishes=wishes, adopted=adopted)
     refine = _refiner(site, spec, arrivals, wishes) if spec.rules == "paper" else None
-    left = max(1.0, seconds - (time.monotonic() - started))
-    network = design_levels(ground, spec, seconds=left, refine=refine, progress=progress)
+    network = design_levels(ground, spec, seconds=seconds, refine=refine, progress=progress)
     progress.stage(f"{site.name}: drawing streets and blocks", 0.92)
     return draw_plan(network, arrivals)
 
 
-def edge_length(spec: Specification) -> float:
-    """Edge length of the (coarsest) candidate mesh in metres.
-
-    With the planner's rules a cell is as wide as a block. As in the paper it is a third of a
-    block for the finest level (a block is then three cells wide), twice that above it.
-    """
-    if spec.edge_length is not None:
-        return spec.edge_length
-    if spec.rules == "planner":
-        return spec.block_width
-    return spec.block_width / 3 * spec.levels
-
-
-def site_mesh(
-    site: Site,
-    spec: Specification,
-    arrivals: Sequence[AccessPoint] = (),
-    progress: Progress | None = None,
-) -> QuadMesh:
-    """Candidate mesh of a site, its boundary vertices drawn to where streets arrive."""
-    points = np.array([p.xy for p in arrivals], dtype=float).reshape(-1, 2)
-    return quadrangulate(
-        site.polygon, edge_length(spec), attract_points=points, progress=progress
-    )
+def _misfit(plan: SitePlan, spec: Specification) -> float:
+    """How far a plan is from what was asked; compares plans of one site on several meshes."""
+    missed = 1 - plan.continued / len(plan.arrivals) if plan.arrivals else 0.0
+    wrong = block_misfit(plan.blocks, spec.block_width, spec.block_length)
+    return wrong + 0.4 * missed + 0.02 * len(plan.uncovered)
 
 
 def draw_plan(network: LevelledNetwork, arrivals: Sequence[AccessPoint] = ()) -> SitePlan:
@@ -289,11 +296,12 @@ def _refiner(
 
     def refine(ground: Ground, level: IntArray) -> tuple[Ground, IntArray]:
         fine = subdivide(ground.mesh, site.polygon)
-        finer = survey(site, fine, spec, attracted=arrivals, wishes=wishes)
+        kept = ground.street & ~ground.mesh.boundary_edges
+        adopted = np.where(fine.parent_edges >= 0, kept[fine.parent_edges], False)
+        finer = survey(site, fine, spec, attracted=arrivals, wishes=wishes, adopted=adopted)
         children = np.where(fine.parent_edges >= 0, level[fine.parent_edges], 0)
         # a street that was chosen on the coarse mesh is one, whatever the finer one sees
         barred = finer.barred & (children == 0)
         return dataclasses.replace(finer, barred=barred), children
 
     return refine
-

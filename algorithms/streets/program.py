@@ -25,7 +25,8 @@ class LevelRules:
     """Weights of the planner's rules at one level, per mesh edge length.
 
     Penalties are what a street of that many cells would cost: a vertex without cover is worth
-    building thirty cells of street, a block that is too long six.
+    building eight cells of street, and no more: rather a place that is reported than a ring
+    of streets for one plot.
     """
 
     end: float
@@ -34,8 +35,9 @@ class LevelRules:
     carry_on: float
     too_close: float
     zigzag: float
-    cover_penalty: float = 30.0
-    width_penalty: float = 15.0
+    cover_penalty: float = 8.0
+    width_penalty: float = 5.0
+    small_block: float = 4.0
 
 
 PLANNER = {
@@ -102,6 +104,7 @@ def _planner(
     carry_on = weights.carry_on if spec.weight_continue is None else spec.weight_continue
     clauses = rules.continuations(mesh, directions, candidate, carry_on) if carry_on else []
     if final:
+        patterns += rules.small_blocks(mesh, usable, spec.block_width, weights.small_block)
         clauses += _block_clauses(ground, spec, usable, weights)
     else:
         longest = 1.1 * max(spec.block_length, 3 * mesh.edge_length)
@@ -133,9 +136,7 @@ def _block_clauses(
     mesh = ground.mesh
     clauses: list[Clause] = []
     for factor, penalty in ((1.0, 0.9), (1.12, 2.5), (1.35, 8.0)):
-        clauses += rules.block_length_windows(
-            mesh, usable, factor * spec.block_length, penalty
-        )
+        clauses += rules.block_length_windows(mesh, usable, factor * spec.block_length, penalty)
     clauses += rules.block_width_corners(
         mesh,
         usable,
@@ -250,7 +251,7 @@ def needs_cover(ground: Ground) -> list[int]:
     if ground.green_faces:
         green = np.bincount(mesh.faces[sorted(ground.green_faces)].ravel(), minlength=len(green))
     skip |= green == faces_at
-    return np.flatnonzero(~skip).tolist()
+    return [int(v) for v in np.flatnonzero(~skip)]
 
 
 def prune_dead_ends(

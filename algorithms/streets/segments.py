@@ -44,12 +44,12 @@ class Segment:
     @property
     def distance(self) -> float:
         """Distance from the middle of the segment to the nearest sink, metres."""
-        return min(self.dist_start, self.dist_end) + self.line.length / 2
+        return min(self.dist_start, self.dist_end) + float(self.line.length) / 2
 
     @property
     def furthest(self) -> float:
         """Distance to the nearest sink from the segment's least favoured point, metres."""
-        return (self.dist_start + self.dist_end + self.line.length) / 2
+        return (self.dist_start + self.dist_end + float(self.line.length)) / 2
 
     @property
     def mean_distance(self) -> float:
@@ -57,7 +57,7 @@ class Segment:
 
         From one end the way out grows linearly up to the divide, from the other likewise.
         """
-        length = self.line.length
+        length = float(self.line.length)
         if length == 0:
             return self.dist_start
         divide = min(max((self.dist_end - self.dist_start + length) / 2, 0.0), length)

@@ -15,9 +15,12 @@ from ..mesh import QuadMesh
 from ..network.problem import BoolArray, FloatArray
 from ..network.specification import Specification
 from ..site.types import AccessPoint, Site
+from .adopt import right_of_way
 
 #: Overlap of an edge with an obstacle or forbidden place that is let pass (metres).
 TOUCH = 2.0
+#: Length of an edge on foreign ground that is let pass (metres).
+FOREIGN = 5.0
 
 
 @dataclass(frozen=True)
@@ -110,6 +113,7 @@ def survey(
     *,
     attracted: Sequence[AccessPoint] = (),
     wishes: Wishes | None = None,
+    adopted: BoolArray | None = None,
 ) -> Ground:
     """Read from a site what each edge and vertex of its mesh is.
 
@@ -125,6 +129,8 @@ def survey(
         The access points to which `mesh.attracted` refers.
     wishes
         Given sinks, required and forbidden places.
+    adopted
+        Shape (e,). Inner edges that lie on existing streets.
 
     Raises
     ------
@@ -136,15 +142,15 @@ def survey(
     street = mesh.boundary_edges & (
         _along_frontage(site, mesh) | np.full(len(mesh.edges), spec.sink_mode == "boundary")
     )
+    if adopted is not None:
+        street |= adopted
     blocked = shapely.union_all([*site.obstacles, *wishes.forbidden])
-    barred = (mesh.foreign | _overlaps(mesh, blocked)) & ~street
+    barred = (_foreign(site, mesh) | _overlaps(mesh, blocked)) & ~street
     barred |= mesh.boundary_edges & ~street
     arrivals = {v: attracted[i] for v, i in mesh.attracted.items() if i < len(attracted)}
     required = _required_edges(site, mesh, barred | mesh.boundary_edges, wishes.required)
     sinks = _sinks(site, mesh, spec, street, arrivals, wishes)
-    return Ground(
-        site, mesh, street, barred, required, sinks, arrivals, _green_faces(mesh, site)
-    )
+    return Ground(site, mesh, street, barred, required, sinks, arrivals, _green_faces(mesh, site))
 
 
 def _along_frontage(site: Site, mesh: QuadMesh) -> BoolArray:
@@ -158,14 +164,23 @@ def _along_frontage(site: Site, mesh: QuadMesh) -> BoolArray:
     ring = site.polygon.boundary
     shares = np.array([0.1, 0.25, 0.4, 0.5, 0.6, 0.75, 0.9])
     lines = np.array([LineString(mesh.edge_line(int(e))) for e in edges])
-    samples = shapely.line_interpolate_point(
-        lines[:, None], shares[None, :], normalized=True
-    )
+    samples = shapely.line_interpolate_point(lines[:, None], shares[None, :], normalized=True)
     # the mesh follows a cleaned outline, up to half an edge length off the true one
     feet = shapely.line_interpolate_point(ring, shapely.line_locate_point(ring, samples))
     reached = shapely.intersects(near, feet)
     reached &= shapely.distance(samples, feet) < 0.5 * mesh.edge_length
     mark[edges] = reached.mean(axis=1) > 0.5
+    return mark
+
+
+def _foreign(site: Site, mesh: QuadMesh) -> BoolArray:
+    """Mark edges across foreign ground other than that of existing streets."""
+    mark = mesh.foreign.copy()
+    if not mark.any():
+        return mark
+    ground = shapely.union(site.polygon, right_of_way(site))
+    lines = shapely.linestrings(mesh.vertices[mesh.edges[mark]])
+    mark[mark] = shapely.length(shapely.difference(lines, ground)) > FOREIGN
     return mark
 
 

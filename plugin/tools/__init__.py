@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from .candidatemesh import CandidateMesh
+from .designstreets import DesignStreets
 from .preparesite import PrepareSite
+from .validatenetwork import ValidateNetwork
 
-TOOLS = (PrepareSite,)
+TOOLS = (PrepareSite, CandidateMesh, DesignStreets, ValidateNetwork)

@@ -1,0 +1,141 @@
+"""How a run proceeds with CP-SAT: start, improve window by window, prove a bound beside it."""
+
+from __future__ import annotations
+
+import math
+from typing import Optional
+
+import numpy as np
+
+from ..errors import CancelledError, InfeasibleError
+from .chords import chord_start
+from .cpmodel import CpNetwork
+from .cpsat import CpOptions, full_network, run_cp
+from .incumbent import Incumbent
+from .problem import BoolArray
+from .search import WindowSearch
+from .structure import Structure
+from .windows import Windows
+
+#: Problems with at most this many usable edges are first tried as a whole.
+SMALL = 400
+#: Effort of that trial, in CP-SAT's deterministic units.
+TRIAL = 0.4
+#: Problems with at most this many usable edges get their bound from CP-SAT, others from a MIP.
+CP_BOUND = 400
+#: Windows without improvement after which the search starts anew with another seed.
+STALE = 150
+
+
+def no_design_yet(run: Incumbent) -> Exception:
+    """Return the error of a run that ends before any design was found."""
+    if run.cancelled():
+        return CancelledError("The run was cancelled before a first design was found.")
+    return InfeasibleError(
+        f"No street network was found in {run.deadline.elapsed:.0f} s, and none was proven "
+        "impossible. Allow more time, a larger coverage range or dead ends."
+    )
+
+
+def straight_start(run: Incumbent, index: Structure) -> None:
+    """Take a design of straight mesh lines if there is a valid one."""
+    if any(index.root[v] and mine for v, mine in enumerate(index.incident)):
+        active = chord_start(index, min(1.0, run.deadline.left))
+        if active is not None:
+            run.take(active)
+
+
+def first_start(run: Incumbent, index: Structure, seed: int) -> bool:
+    """Let CP-SAT find any valid design; return False if it proves that there is none."""
+    if not index.edges:
+        nothing = np.zeros(len(index.ends), dtype=bool)
+        run.take(nothing)
+        return run.best is not None
+    network = full_network(index, cuts=[], ranks=True)
+    for slack in network.slack.values():
+        if not isinstance(slack, bool):
+            network.model.add_hint(slack, False)
+    options = CpOptions(
+        run.deadline.left, seed=seed, linearization=0, probing=0, symmetry=0, first_only=True
+    )
+    result = run_cp(network, options, stop=run.enough)
+    if result.active is not None:
+        run.take(result.active)
+    return result.status != "infeasible"
+
+
+def whole_problem(run: Incumbent, index: Structure, seed: int, effort: Optional[float]) -> str:
+    """Solve the whole problem by CP-SAT; return its status."""
+    network = _bounded(run, index)
+    options = CpOptions(run.deadline.left, effort=effort, seed=seed)
+    # the caller's thread may report only from its own thread, so solutions come at the end
+    result = run_cp(network, options, stop=run.enough, on_bound=run.raise_bound)
+    if result.active is not None:
+        run.take(result.active)
+    run.raise_bound(result.bound)
+    return result.status
+
+
+def _bounded(run: Incumbent, index: Structure) -> CpNetwork:
+    """Build the whole model with what the best design implies."""
+    weight = index.problem.weight_distance
+    limit = None
+    if run.best is not None and weight > 0:
+        limit = run.value / weight
+    return full_network(index, start=run.best, distance_limit=limit)
+
+
+def cp_bound(run: Incumbent, index: Structure, seed: int) -> None:
+    """Prove a bound of the whole problem by CP-SAT, until the run is finished."""
+    network = _bounded(run, index)
+    options = CpOptions(run.deadline.left, seed=seed + 1)
+    result = run_cp(network, options, stop=run.finished.is_set, on_bound=run.raise_bound)
+    run.raise_bound(result.bound)
+    # what it finds on the way would make runs depend on timing; an optimum does not
+    if result.status == "optimal" and result.active is not None:
+        run.take(result.active)
+
+
+def window_search(run: Incumbent, index: Structure, seed: int) -> None:
+    """Improve the best design until the run is to stop, with a new seed when it goes stale."""
+    if run.best is None or not index.edges:
+        return
+    windows = Windows(index)
+    rng = np.random.default_rng(seed)
+    search = _search(run, windows, run.best, rng)
+    stale = 0
+    while not run.enough():
+        stale = 0 if search.step(run.deadline.left, run.enough) else stale + 1
+        if search.value < run.value:
+            run.take(search.active)
+        if stale > STALE:
+            search, stale = _search(run, windows, run.best, rng), 0
+
+
+def _search(
+    run: Incumbent, windows: Windows, active: BoolArray, rng: np.random.Generator
+) -> WindowSearch:
+    """Return a search from a design."""
+    seed = int(rng.integers(2**31))
+    return WindowSearch(windows, run.evaluator, active.copy(), seed=seed)
+
+
+def solve_by_cp(run: Incumbent, index: Structure, seed: int) -> bool:
+    """Run start, improvement and bound; return False if there is no valid design."""
+    if run.best is None:
+        straight_start(run, index)
+    run.report()
+    small = len(index.edges) <= SMALL
+    if run.best is None and not first_start(run, index, seed):
+        return False
+    if small and not run.enough():
+        status = whole_problem(run, index, seed, TRIAL)
+        if status == "infeasible" and run.best is None:
+            return False
+    if run.best is None:
+        raise no_design_yet(run)
+    if run.enough():
+        return True
+    with run.beside(lambda: cp_bound(run, index, seed)):
+        window_search(run, index, seed)
+    return math.isfinite(run.value)

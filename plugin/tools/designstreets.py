@@ -1,0 +1,231 @@
+"""An integer program designs the streets of a real site."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any, ClassVar
+
+from qgis.core import QgsProcessingParameterDefinition
+
+from ...algorithms.errors import InputError
+from .. import deps, fields, parameters
+from ..help import About
+from ..outputs import Result
+from ..progress import FeedbackProgress
+from ..request import Request
+from ..tool import Tool
+from . import rules, siteinputs
+from .validatenetwork import describe
+
+
+class DesignStreets(Tool):
+    """Designs collectors and local streets for every site of a layer."""
+
+    about = About(
+        name="designstreets",
+        title="Design streets",
+        group="streets",
+        tags=(
+            "street network",
+            "road",
+            "blocks",
+            "layout",
+            "optimisation",
+            "optimization",
+            "integer programming",
+            "site planning",
+            "subdivision",
+            "platwright",
+        ),
+        summary=(
+            "Designs the streets of a site: give a block width and a block length, and an "
+            "integer program chooses the streets."
+        ),
+        paragraphs=(
+            "A raw site polygon and a raw layer of roads will do; layers that went through "
+            "Prepare site work as well. Roads along the edge of the site are existing streets, "
+            "and the new streets run to their centre lines and continue existing ones where "
+            "they can. Every site of the layer is designed; the field site_id tells them apart.",
+            "The search first finds a design and then makes it better until the time limit. The "
+            "log tells the price of the best design, the proven bound and the gap between them. "
+            "Cancel keeps the best design so far.",
+            "Method: C.-H. Peng, Y.-L. Yang, F. Bao, D. Fink, D.-M. Yan, P. Wonka, N. J. Mitra, "
+            "Computational network design from functional specifications (2016), with the "
+            "further rules that the option Rules names.",
+        ),
+    )
+    layers: ClassVar = {
+        "STREETS": fields.STREETS,
+        "JUNCTIONS": fields.JUNCTIONS,
+        "BLOCKS": fields.BLOCKS,
+        "PROBLEMS": fields.PROBLEMS,
+    }
+    numbers: ClassVar = {
+        "TOTAL_LENGTH": "Length of the new streets (m)",
+        "MEAN_DISTANCE": "Mean way out of the site (m)",
+        "MAX_DISTANCE": "Longest way out of the site (m)",
+        "OBJECTIVE": "Price of the design",
+        "BOUND": "Proven lower bound of the price",
+        "ACHIEVED_GAP": "Gap between price and bound (share of the price)",
+        "SECONDS": "Time of the design (s)",
+        "VIOLATIONS": "Broken rules",
+    }
+    needs = (*deps.LAYERS, *deps.SOLVERS)
+
+    def inputs(self) -> Iterator[QgsProcessingParameterDefinition]:
+        """Yield the seven basic parameters, then the advanced ones."""
+        yield siteinputs.site()
+        yield siteinputs.roads()
+        yield siteinputs.obstacles()
+        yield from rules.block_size()
+        yield rules.sink_mode()
+        yield rules.time_limit()
+        yield rules.sinks()
+        yield siteinputs.access_points()
+        yield parameters.layer(
+            "REQUIRED",
+            "Required streets",
+            "Lines along which a street must run.",
+            "line",
+            optional=True,
+            advanced=True,
+        )
+        yield parameters.layer(
+            "FORBIDDEN",
+            "Forbidden places",
+            "Lines or polygons that no street may cross or follow.",
+            ("line", "polygon"),
+            optional=True,
+            advanced=True,
+        )
+        yield parameters.layer(
+            "MESH_EDGES",
+            "Candidate mesh",
+            "Edges of a mesh that was drawn or edited, as from Candidate mesh. Empty: the tool "
+            "makes one.",
+            "line",
+            optional=True,
+            advanced=True,
+        )
+        yield from siteinputs.snapping(advanced=True)
+        yield parameters.number(
+            "EDGE_LENGTH",
+            "Edge length of the candidate mesh",
+            "Empty: as the block width implies.",
+            unit="m",
+            minimum=1.0,
+            advanced=True,
+        )
+        yield from rules.rule_set()
+        yield from rules.weights()
+        yield from rules.search()
+
+    def check(self, request: Request) -> None:
+        """Check the specification and that given exits are given."""
+        specification = rules.specification(request)
+        if specification.sink_mode == "points" and not request.has("SINKS"):
+            raise InputError(
+                "Streets are to leave the site at given points, but no layer of points is given.",
+                "Choose a layer for 'Given exits', or another place where streets may leave.",
+            )
+
+    def compute(self, request: Request, progress: FeedbackProgress) -> Result:
+        """Prepare the sites, design all of them and collect the layers."""
+        from ...algorithms.site import site_layers
+        from ...algorithms.streets import design_streets, plan_layers
+
+        specification = rules.specification(request)
+        prepared = siteinputs.prepared_sites(request, progress.part(0.0, 0.1))
+        plan = design_streets(
+            prepared.sites,
+            specification,
+            wishes=_wishes(request, progress),
+            mesh=_given_mesh(request, progress),
+            progress=progress.part(0.1, 1.0),
+        )
+        if plan.stopped == "cancelled":
+            gap = plan.numbers["ACHIEVED_GAP"]
+            progress.warn(
+                f"Cancelled: the best design so far is kept. Its gap is {100 * gap:.1f} %: a "
+                "better one, if there is any, costs at most that much less."
+            )
+        found = plan_layers(plan)
+        progress.stage("Checking the streets", 0.98)
+        report = _check(found, site_layers(prepared), plan)
+        problems = describe(report.problems, "Streets")
+        found["problems"] = _joined(prepared.problems, found["problems"], problems)
+        return Result(
+            crs=request.crs("INPUT"),
+            layers={key: found[kind.key] for key, kind in self.layers.items()},
+            numbers={**plan.numbers, "VIOLATIONS": report.violations},
+            specification=specification.to_json(),
+            keep=True,
+        )
+
+
+def _check(found: dict[str, Any], around: dict[str, Any], plan: Any) -> Any:
+    """Return what the independent checker says of the streets that were designed."""
+    from ...algorithms.measure import validate_network
+    from ...algorithms.streets import edge_length
+
+    asked = plan.specification
+    junctions = found["junctions"]
+    return validate_network(
+        found["streets"].set_index("street_id", drop=False),
+        site=around["site"],
+        obstacles=around["site_obstacles"],
+        sinks=None if asked.sink_mode == "streets" else junctions[junctions["is_sink"]],
+        edge_length=edge_length(asked),
+        dead_ends=asked.dead_ends,
+        zigzags=asked.zigzags or 0.0,
+        too_close=asked.too_close or 0.0,
+        t_junctions=asked.t_junctions,
+        branches=asked.branches,
+    )
+
+
+def _joined(*layers: Any) -> Any:
+    """Return problem layers as one."""
+    import pandas
+
+    full = [layer for layer in layers if len(layer)]
+    return pandas.concat(full, ignore_index=True) if full else layers[0]
+
+
+def _wishes(request: Request, progress: FeedbackProgress) -> Callable[[Any], Any]:
+    """Return a function that gives the wishes about a site in its working CRS."""
+    from ...algorithms.streets import Wishes
+
+    frames = {key: request.frame(key, progress) for key in ("SINKS", "REQUIRED", "FORBIDDEN")}
+
+    def shapes(key: str, crs: Any) -> list[Any]:
+        frame = frames[key]
+        if frame is None:
+            return []
+        parts = frame.geometry.to_crs(crs).explode(index_parts=False)
+        return [part for part in parts if part is not None and not part.is_empty]
+
+    def of_site(site: Any) -> Any:
+        return Wishes(
+            sinks=[(point.x, point.y) for point in shapes("SINKS", site.crs)],
+            required=shapes("REQUIRED", site.crs),
+            forbidden=shapes("FORBIDDEN", site.crs),
+        )
+
+    return of_site
+
+
+def _given_mesh(request: Request, progress: FeedbackProgress) -> Callable[[Any], Any] | None:
+    """Return a function that gives the drawn mesh of a site, or None where none is drawn."""
+    frame = request.frame("MESH_EDGES", progress)
+    if frame is None:
+        return None
+    from ...algorithms.mesh import mesh_from_edges
+
+    def of_site(site: Any) -> Any:
+        own = frame
+        if "site_id" in frame.columns:
+            own = frame[frame["site_id"].isna() | (frame["site_id"] == site.site_id)]
+        return mesh_from_edges(own.to_crs(site.crs))
+
+    return of_site

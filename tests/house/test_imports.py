@@ -1,0 +1,122 @@
+"""The import rule: rooms import leftwards only, the library knows no QGIS."""
+
+from __future__ import annotations
+
+import ast
+import graphlib
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from house import ROOT, SHIPPED, place, python_files, shipped_files, tree
+
+#: Which other rooms each room of `algorithms` may import. Errors and progress are everyone's.
+MAY_IMPORT = {
+    "site": set(),
+    "mesh": {"site"},
+    "network": {"site", "mesh"},
+    "streets": {"site", "mesh", "network"},
+    # Reads results, so it must not know how they came about.
+    "measure": {"site"},
+}
+COMMON = {"errors", "progress"}
+#: Packages that the library may use; they are declared in pyproject.toml.
+DECLARED = {
+    "geopandas", "highspy", "networkx", "numpy", "ortools", "pandas", "pulp", "pyproj", "scipy",
+    "shapely",
+}  # fmt: skip
+#: Packages that the library may use where they happen to be installed.
+OPTIONAL = {"gmsh"}
+
+
+def imports(path: Path) -> Iterator[tuple[ast.AST, int, str]]:
+    """Yield (node, level, dotted name) of everything that a file imports anywhere."""
+    for node in ast.walk(tree(path)):
+        if isinstance(node, ast.Import):
+            yield from ((node, 0, alias.name) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ""
+            names = [base] if base else [alias.name for alias in node.names]
+            yield from ((node, node.level, name) for name in names)
+
+
+def target(path: Path, level: int, name: str) -> tuple[str, ...]:
+    """Resolve a relative import to a path inside the repository, as parts."""
+    package = path.relative_to(ROOT).parts[:-1]
+    return (*package[: len(package) - level + 1], *(name.split(".") if name else ()))
+
+
+def test_the_tree_has_shipped_files():
+    assert len(shipped_files()) > 20
+
+
+def test_only_relative_imports_inside_the_shipped_packages():
+    wrong = [
+        place(path, node)
+        for path in shipped_files()
+        for node, level, name in imports(path)
+        if level == 0 and name.split(".")[0] in {*SHIPPED, "platwright"}
+    ]
+    assert not wrong, "QGIS chooses the folder's name, so import relatively: " + ", ".join(wrong)
+
+
+def test_the_library_knows_no_qgis_and_no_plugin():
+    wrong = []
+    for path in python_files("algorithms"):
+        for node, level, name in imports(path):
+            outside = level > 0 and target(path, level, name)[0] != "algorithms"
+            if outside or name.split(".")[0] in {"qgis", "PyQt5", "PyQt6", "osgeo", "processing"}:
+                wrong.append(place(path, node))
+    assert not wrong, ", ".join(wrong)
+
+
+def test_the_library_uses_only_declared_packages():
+    known = DECLARED | OPTIONAL | set(sys.stdlib_module_names) | {"__future__"}
+    wrong = [
+        f"{place(path, node)} {name}"
+        for path in python_files("algorithms")
+        for node, level, name in imports(path)
+        if level == 0 and name.split(".")[0] not in known
+    ]
+    assert not wrong, ", ".join(wrong)
+
+
+def test_rooms_import_only_leftwards():
+    wrong = []
+    for path in python_files("algorithms"):
+        room = path.relative_to(ROOT / "algorithms").parts[0]
+        if room.endswith(".py"):
+            continue
+        assert room in MAY_IMPORT, f"say in this test what the new room {room} may import"
+        for node, level, name in imports(path):
+            if level == 0:
+                continue
+            parts = target(path, level, name)
+            to = parts[1] if len(parts) > 1 else ""
+            if to not in {room, *MAY_IMPORT[room], *COMMON}:
+                wrong.append(f"{place(path, node)} imports {to or 'the package itself'}")
+    assert not wrong, ", ".join(wrong)
+
+
+@pytest.mark.parametrize("folder", SHIPPED)
+def test_no_circular_imports(folder):
+    modules = {path.relative_to(ROOT).with_suffix("").parts for path in python_files(folder)}
+    packages = {m[:-1] for m in modules if m[-1] == "__init__"}
+    graph: dict[tuple[str, ...], set[tuple[str, ...]]] = {}
+    for path in python_files(folder):
+        own = path.relative_to(ROOT).with_suffix("").parts
+        for node in tree(path).body:
+            if not isinstance(node, ast.ImportFrom) or not node.level:
+                continue
+            base = target(path, node.level, node.module or "")
+            for alias in node.names:
+                inner = (*base, alias.name)
+                found = inner if inner in modules else (*inner, "__init__")
+                if found not in modules:
+                    found = (*base, "__init__") if base in packages else base
+                if found in modules and found != own:
+                    graph.setdefault(own, set()).add(found)
+    assert graph, f"no relative import found in {folder}"
+    graphlib.TopologicalSorter(graph).prepare()

@@ -1,0 +1,52 @@
+"""The plugin as QGIS sees it: under a folder name of somebody's choice, its provider running."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+#: No name that the code could know.
+FOLDER = "odd_Name_7"
+
+# The helpers beside this file are imported by their bare name.
+sys.path.insert(0, str(Path(__file__).parent))
+
+
+@pytest.fixture(scope="session")
+def plugin_folder(tmp_path_factory: pytest.TempPathFactory, root: Path) -> Path:
+    """A plugin folder as in a QGIS profile, with this repository under an odd name in it."""
+    pytest.importorskip("qgis.core", reason="QGIS is not installed")
+    folder = tmp_path_factory.mktemp("plugins")
+    (folder / FOLDER).symlink_to(root, target_is_directory=True)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def package(plugin_folder: Path) -> Iterator[Callable[[str], ModuleType]]:
+    """Import modules by their name below the plugin's folder."""
+    sys.path.insert(0, str(plugin_folder))
+    yield lambda name: importlib.import_module(f"{FOLDER}.{name}")
+    sys.path.remove(str(plugin_folder))
+
+
+@pytest.fixture(scope="session")
+def provider(package: Callable[[str], ModuleType], qgis_processing: None) -> Iterator[Any]:
+    """The provider, as `classFactory` and `initProcessing` bring it up."""
+    plugin = importlib.import_module(FOLDER).classFactory(None)
+    plugin.initProcessing()
+    yield plugin.provider
+    plugin.unload()
+
+
+@pytest.fixture(scope="session")
+def toolbox(provider: Any) -> Any:
+    """Runs the tools and reads back what they made; see `support.Toolbox`."""
+    from support import Toolbox
+
+    return Toolbox()

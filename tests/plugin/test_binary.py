@@ -1,0 +1,264 @@
+"""Runs of the real `qgis_process`, where the traps are that a plain Python never shows."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sysconfig
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("qgis.core", reason="QGIS is not installed")
+# Debian 12's `qgis_process` is a broken wrapper of this.
+PROGRAM = shutil.which("qgis_process.bin") or shutil.which("qgis_process")
+pytestmark = [
+    pytest.mark.qgis,
+    pytest.mark.skipif(PROGRAM is None, reason="qgis_process is not installed"),
+]
+
+from support import X, Y  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def environment(plugin_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Environment of a profile of its own, with the plugin switched on."""
+    home = tmp_path_factory.mktemp("profile")
+    (home / "runtime").mkdir(mode=0o700)
+    made = {
+        **{k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "VIRTUAL_ENV")},
+        "QGIS_PLUGINPATH": str(plugin_folder),
+        "QGIS_CUSTOM_CONFIG_PATH": str(home),
+        "QT_QPA_PLATFORM": "offscreen",
+        "XDG_RUNTIME_DIR": str(home / "runtime"),
+        "PLATWRIGHT_DEPS": sysconfig.get_paths()["purelib"],
+        "OMP_NUM_THREADS": "1",
+    }
+    enable = [str(PROGRAM), "plugins", "enable", next(plugin_folder.iterdir()).name]
+    subprocess.run(enable, env=made, check=True, capture_output=True, timeout=60)
+    return made
+
+
+@pytest.fixture(scope="module")
+def qgis_process(environment: dict[str, str]) -> Callable[..., str]:
+    """Run `qgis_process` and return all that it said; never a traceback."""
+
+    def run(*words: str, timeout: float = 100, **extra: str) -> str:
+        done = subprocess.run(
+            [str(PROGRAM), *words],
+            env={**environment, **extra},
+            capture_output=True,
+            text=True,
+            timeout=timeout,
+            check=False,
+        )
+        said = done.stdout + done.stderr
+        assert "Traceback" not in said, said
+        assert done.returncode >= 0, f"killed by signal {-done.returncode}:\n{said}"
+        return said
+
+    return run
+
+
+def tool(name: str, **parameters: Any) -> list[str]:
+    return ["run", f"platwright:{name}", *(f"--{k}={v}" for k, v in parameters.items())]
+
+
+def rows(path: Path | str) -> list[dict[str, Any]]:
+    """Read a file back: small outputs may be unreadable though the run looked well."""
+    from qgis.core import QgsVectorLayer
+
+    made = QgsVectorLayer(str(path), "made", "ogr")
+    assert made.isValid(), path
+    names = [f.name() for f in made.fields()]
+    return [
+        {**dict(zip(names, f.attributes())), "geometry": f.geometry()} for f in made.getFeatures()
+    ]
+
+
+@pytest.fixture(scope="module")
+def sample(root: Path) -> Path:
+    return root / "data" / "helsinki" / "helsinki_yard.gpkg"
+
+
+@pytest.fixture
+def big_site(tmp_path: Path) -> Path:
+    """A square of a kilometre."""
+    ring = [[X, Y], [X + 1000, Y], [X + 1000, Y + 1000], [X, Y + 1000], [X, Y]]
+    crs = '{"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::3067"}}'
+    path = tmp_path / "big.geojson"
+    path.write_text(
+        '{"type": "FeatureCollection", "crs": ' + crs + ', "features": [{"type": "Feature",'
+        '"properties": {}, "geometry": {"type": "Polygon", "coordinates": [' + str(ring) + "]}}]}"
+    )
+    return path
+
+
+def test_the_tools_are_listed_and_explained(qgis_process):
+    said = qgis_process("list")
+    for name in ("preparesite", "candidatemesh", "designstreets", "validatenetwork"):
+        assert f"platwright:{name}" in said
+    said = qgis_process("help", "platwright:designstreets")
+    assert "Block width (m)" in said
+    assert "TOTAL_LENGTH" in said
+
+
+def test_without_any_package_the_tools_are_listed_and_say_what_is_missing(qgis_process):
+    bare = {"PLATWRIGHT_DEPS": "", "PYTHONNOUSERSITE": "1"}
+    said = qgis_process("list", **bare)
+    assert "platwright:designstreets" in said
+    system = subprocess.run(
+        ["/usr/bin/python3", "-c", "import geopandas, pulp"], capture_output=True, check=False
+    )
+    if system.returncode == 0:
+        pytest.skip("QGIS's own Python has the packages")
+    said = qgis_process(*tool("designstreets", INPUT="any.gpkg", STREETS="TEMPORARY_OUTPUT"), **bare)
+    assert "Python packages that were not found" in said
+    assert "geopandas" in said
+
+
+def test_the_sample_is_designed_and_validated(qgis_process, sample, tmp_path: Path):
+    plan = {
+        key: f"ogr:dbname='{tmp_path / 'plan.gpkg'}' table=\"{key.lower()}\" (geom)"
+        for key in ("STREETS", "JUNCTIONS", "BLOCKS", "PROBLEMS")
+    }
+    said = qgis_process(
+        *tool(
+            "designstreets",
+            INPUT=f"{sample}|layername=site",
+            ROADS=f"{sample}|layername=streets",
+            OBSTACLES=f"{sample}|layername=obstacles",
+            TIME_LIMIT=8,
+            **plan,
+        )
+    )
+    assert re.search(r"Best design [\d.]+, bound [\d.]+, gap [\d.]+ %", said)
+    numbers = dict(re.findall(r"^([A-Z_]+):\t(-?[\d.e+-]+)$", said, re.MULTILINE))
+    assert float(numbers["TOTAL_LENGTH"]) > 500
+    assert float(numbers["BOUND"]) <= float(numbers["OBJECTIVE"]) + 1e-6
+    streets = rows(f"{tmp_path / 'plan.gpkg'}|layername=streets")
+    made = sum(s["length_m"] for s in streets if s["status"] == "new")
+    assert made == pytest.approx(float(numbers["TOTAL_LENGTH"]), rel=0.01)
+    assert rows(f"{tmp_path / 'plan.gpkg'}|layername=blocks")
+    assert rows(f"{tmp_path / 'plan.gpkg'}|layername=junctions")
+    said = qgis_process(
+        *tool(
+            "validatenetwork",
+            INPUT=f"{tmp_path / 'plan.gpkg'}|layername=streets",
+            SITE=f"{sample}|layername=site",
+            PROBLEMS=tmp_path / "found.gpkg",
+        )
+    )
+    assert re.search(r"^VIOLATIONS:\t\d+$", said, re.MULTILINE)
+    rows(tmp_path / "found.gpkg")
+
+
+def test_step_by_step(qgis_process, sample, tmp_path: Path):
+    """Prepare, mesh and design, each from the files of the step before."""
+    qgis_process(
+        *tool(
+            "preparesite",
+            INPUT=f"{sample}|layername=site",
+            ROADS=f"{sample}|layername=streets",
+            SITE=tmp_path / "site.gpkg",
+            BOUNDARY_STREETS=tmp_path / "boundary.gpkg",
+            ACCESS_POINTS=tmp_path / "access.gpkg",
+        )
+    )
+    (ground,) = rows(tmp_path / "site.gpkg")
+    assert ground["area_ha"] == pytest.approx(11.4, abs=0.3)
+    assert rows(tmp_path / "boundary.gpkg")
+    assert rows(tmp_path / "access.gpkg")
+    qgis_process(
+        *tool(
+            "candidatemesh",
+            INPUT=tmp_path / "site.gpkg",
+            ACCESS_POINTS=tmp_path / "access.gpkg",
+            EDGES=tmp_path / "edges.gpkg",
+            FACES=tmp_path / "faces.geojson",
+        )
+    )
+    assert rows(tmp_path / "faces.geojson")
+    edges = rows(tmp_path / "edges.gpkg")
+    said = qgis_process(
+        *tool(
+            "designstreets",
+            INPUT=tmp_path / "site.gpkg",
+            ROADS=tmp_path / "boundary.gpkg",
+            MESH_EDGES=tmp_path / "edges.gpkg",
+            TIME_LIMIT=5,
+            STREETS=tmp_path / "streets.gpkg",
+        )
+    )
+    assert "ERROR" not in said
+    streets = [s for s in rows(tmp_path / "streets.gpkg") if s["status"] == "new"]
+    assert 0 < len(streets) <= len(edges)
+
+
+def test_an_unwritable_output_is_told_before_the_run(qgis_process, sample):
+    said = qgis_process(
+        *tool("preparesite", INPUT=f"{sample}|layername=site", SITE="/nowhere/at/all/site.gpkg")
+    )
+    assert "Output 'Site': there is no folder /nowhere/at/all" in said
+    assert "Preparing" not in said
+
+
+def test_contradictions_are_told_before_the_run(qgis_process, sample):
+    said = qgis_process(
+        *tool(
+            "designstreets",
+            INPUT=f"{sample}|layername=site",
+            BLOCK_WIDTH=300,
+            STREETS="TEMPORARY_OUTPUT",
+        )
+    )
+    assert "Block length (150 m) is less than block width (300 m)" in said
+
+
+def interrupted(environment, words, cue, patience=60.0):
+    """Start a run, send SIGINT once `cue` is in what it says, and return all it said."""
+    log = Path(environment["XDG_RUNTIME_DIR"]) / "said.txt"
+    with log.open("w") as out:
+        process = subprocess.Popen(
+            [str(PROGRAM), *words], env=environment, stdout=out, stderr=subprocess.STDOUT
+        )
+        try:
+            began = time.monotonic()
+            while cue not in log.read_text(errors="replace"):
+                assert process.poll() is None, log.read_text()
+                assert time.monotonic() - began < patience, log.read_text()
+                time.sleep(0.05)
+            process.send_signal(signal.SIGINT)
+            sent = time.monotonic()
+            process.wait(timeout=30)
+        finally:
+            if process.poll() is None:
+                process.kill()
+                process.wait()
+    said = log.read_text(errors="replace")
+    assert "Traceback" not in said
+    return said, time.monotonic() - sent
+
+
+def test_an_interrupt_keeps_the_best_design(environment, big_site, tmp_path: Path):
+    words = tool(
+        "designstreets", INPUT=big_site, TIME_LIMIT=90, GAP=0, STREETS=tmp_path / "streets.gpkg"
+    )
+    said, seconds = interrupted(environment, words, "Best design")
+    assert re.search(r"Cancelled.* gap is [\d.]+ %", said), said
+    assert [s for s in rows(tmp_path / "streets.gpkg") if s["status"] == "new"]
+    assert seconds < 10
+
+
+def test_an_interrupt_before_there_is_a_design_leaves_no_file(environment, big_site, tmp_path):
+    words = tool("designstreets", INPUT=big_site, STREETS=tmp_path / "streets.gpkg")
+    said, seconds = interrupted(environment, words, "Reading big")
+    assert "no layer was written" in said
+    assert not (tmp_path / "streets.gpkg").exists()
+    assert seconds < 10

@@ -1,0 +1,133 @@
+"""The whole toolbox: every tool says what it is, what it takes and what it gives."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("qgis.core", reason="QGIS is not installed")
+pytestmark = pytest.mark.qgis
+
+KEYS = {
+    "preparesite": {
+        "INPUT", "ROADS", "OBSTACLES", "SNAP_DISTANCE", "INNER_ROADS",
+        "SITE", "BOUNDARY_STREETS", "ACCESS_POINTS", "SITE_OBSTACLES", "PROBLEMS",
+    },
+    "candidatemesh": {
+        "INPUT", "ACCESS_POINTS", "OBSTACLES", "EDGE_LENGTH", "EDGES", "VERTICES", "FACES",
+    },
+    "designstreets": {
+        "INPUT", "ROADS", "ACCESS_POINTS", "SNAP_DISTANCE", "SINK_MODE", "SINKS", "OBSTACLES",
+        "REQUIRED", "FORBIDDEN", "MESH_EDGES", "EDGE_LENGTH", "RULES", "BLOCK_WIDTH",
+        "BLOCK_LENGTH", "COVERAGE", "WEIGHT_LENGTH", "WEIGHT_DISTANCE", "WEIGHT_STRAIGHT",
+        "WEIGHT_CONTINUE", "DEAD_ENDS", "ZIGZAGS", "TOO_CLOSE", "T_JUNCTIONS", "BRANCHES",
+        "LEVELS", "TIME_LIMIT", "GAP", "SEED", "SOLVER",
+        "STREETS", "JUNCTIONS", "BLOCKS", "PROBLEMS",
+    },
+    "validatenetwork": {
+        "INPUT", "SITE", "SINKS", "OBSTACLES", "COVERAGE", "DEAD_ENDS", "ZIGZAGS", "TOO_CLOSE",
+        "T_JUNCTIONS", "BRANCHES", "PROBLEMS",
+    },
+}  # fmt: skip
+NUMBERS = {
+    "designstreets": {
+        "TOTAL_LENGTH", "MEAN_DISTANCE", "MAX_DISTANCE", "OBJECTIVE", "BOUND", "ACHIEVED_GAP",
+        "SECONDS", "VIOLATIONS",
+    },
+    "validatenetwork": {"VIOLATIONS"},
+}  # fmt: skip
+UNITS = {
+    "BLOCK_WIDTH": "(m)",
+    "BLOCK_LENGTH": "(m)",
+    "EDGE_LENGTH": "(m)",
+    "SNAP_DISTANCE": "(m)",
+    "TIME_LIMIT": "(s)",
+    "DIRECTION": "(degrees)",
+}
+
+
+@pytest.fixture(params=sorted(KEYS))
+def tool(request, toolbox):
+    return toolbox.tool(request.param)
+
+
+def test_the_provider_lists_every_tool(provider):
+    assert {a.name() for a in provider.algorithms()} == set(KEYS)
+    assert Path(provider.svgIconPath()).is_file()
+
+
+def test_groups_follow_the_order_of_the_work(provider):
+    groups = {a.name(): a.group() for a in provider.algorithms()}
+    assert groups == {
+        "preparesite": "1 Site",
+        "candidatemesh": "1 Site",
+        "designstreets": "2 Streets",
+        "validatenetwork": "6 Measure",
+    }
+
+
+def test_keys_are_those_that_saved_models_use(tool):
+    keys = {p.name() for p in tool.parameterDefinitions()}
+    assert keys >= KEYS[tool.name()]
+    assert {o.name() for o in tool.outputDefinitions()} >= NUMBERS.get(tool.name(), set())
+
+
+def test_every_parameter_is_named_and_explained(tool):
+    from qgis.core import QgsProcessingParameterNumber
+
+    for p in tool.parameterDefinitions():
+        assert p.description(), p.name()
+        assert len(p.help()) > 15, p.name()
+        assert p.help().endswith("."), p.name()
+        assert p.name() == p.name().upper()
+        if isinstance(p, QgsProcessingParameterNumber) and p.name() in UNITS:
+            assert UNITS[p.name()] in p.description()
+
+
+def test_no_dialog_has_more_than_eight_basic_inputs(tool):
+    from qgis.core import QgsProcessingParameterDefinition
+
+    advanced = QgsProcessingParameterDefinition.Flag.FlagAdvanced
+    basic = [
+        p for p in tool.parameterDefinitions()
+        if not p.isDestination() and not p.flags() & advanced
+    ]  # fmt: skip
+    assert len(basic) <= 8
+
+
+def test_defaults_are_accepted(tool):
+    for p in tool.parameterDefinitions():
+        if p.defaultValue() is not None:
+            assert p.checkValueIsAcceptable(p.defaultValue()), p.name()
+
+
+def test_help_tells_every_input_and_every_field(tool, package):
+    text = tool.shortHelpString()
+    for p in tool.parameterDefinitions():
+        if not p.isDestination():
+            assert p.help()[:30].split("&")[0] in re.sub(r"&#x27;", "'", text)
+    for kind in tool.layers.values():
+        for field in kind.fields:
+            assert f"<b>{field.name}</b>" in text
+            assert field.text
+    assert len(tool.tags()) >= 5
+    assert tool.shortDescription() in text
+
+
+def test_a_picture_for_every_group(tool):
+    assert Path(tool.svgIconPath()).name == f"{tool.groupId()}.svg"
+    assert not tool.icon().isNull()
+
+
+def test_a_missing_package_is_named_before_the_dialog_opens(tool, package, monkeypatch):
+    deps = package("plugin.deps")
+    assert tool.canExecute()[0] is True
+    monkeypatch.setitem(deps.PACKAGES, "geopandas", ("geopandas", "999.0", ()))
+    monkeypatch.delitem(sys.modules, "geopandas", raising=False)
+    good, text = tool.canExecute()
+    assert not good
+    assert "geopandas (version 999.0 or newer, found" in text
+    assert "PLATWRIGHT_DEPS" in text

@@ -1,0 +1,196 @@
+"""Whole plans on small sites, judged by what a planner would see."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from platwright.errors import CancelledError, InputError
+from platwright.network.specification import FORBID, Specification
+from platwright.network.validation import check_design
+from platwright.progress import Silent
+from platwright.site import AccessPoint, BoundaryStreet
+from platwright.streets import Wishes, design_streets, plan_layers
+from shapely.geometry import LineString
+
+from .conftest import make_site
+
+
+def plan_of(site, wishes=None, **spec):
+    return design_streets([site], Specification(**spec), wishes=wishes).plans[0]
+
+
+def test_blocks_of_a_square_are_as_wide_as_asked(square):
+    plan = plan_of(square)
+    areas = [b.polygon.area for b in plan.blocks]
+    assert sum(areas) == pytest.approx(288 * 288, rel=1e-6)
+    for block in plan.blocks:
+        assert block.width == pytest.approx(72, abs=6)
+        assert block.length <= 150
+    assert plan.network.stopped == "optimal"
+
+
+def test_streets_of_a_square_run_straight_through(square):
+    plan = plan_of(square)
+    for segment in plan.segments:
+        ends = shapely.distance(*shapely.points(np.array(segment.line.coords)[[0, -1]]))
+        assert segment.line.length == pytest.approx(ends, rel=1e-3)
+
+
+def test_both_levels_are_used(square):
+    assert {s.level for s in plan_of(square).segments} == {2, 3}
+    assert {s.level for s in plan_of(square, levels=1).segments} == {3}
+
+
+def test_a_side_without_a_road_is_no_sink_and_gets_no_street_end(field):
+    plan = plan_of(field)
+    ground = plan.network.ground
+    sinks = ground.mesh.vertices[ground.sinks]
+    assert (sinks[:, 1] < 1e-6).all()
+    ends = [s.line.coords[i] for s in plan.segments for i in (0, -1)]
+    walls = shapely.LineString([(0, 0), (0, 288), (432, 288), (432, 0)])
+    inner_walls = [c for c in ends if walls.distance(shapely.Point(c)) < 1 and c[1] > 1]
+    assert inner_walls == []
+
+
+def test_no_part_hangs_on_a_single_street(field):
+    plan = plan_of(field)
+    on_road = {c for s in plan.segments for c in (s.line.coords[0], s.line.coords[-1]) if c[1] < 1}
+    assert len(on_road) >= 2
+
+
+def test_streets_are_carried_on_to_the_centre_line(field):
+    plan = plan_of(field)
+    assert plan.connectors
+    for line in plan.connectors.values():
+        assert line.coords[0][1] == pytest.approx(0, abs=1e-6)
+        assert line.coords[-1][1] == pytest.approx(-8, abs=1e-6)
+
+
+def test_an_arriving_street_is_continued():
+    point = AccessPoint((100.0, 0.0), (100.0, -8.0), (0.0, 1.0), "Mill Lane")
+    plan = plan_of(make_site(shapely.box(0, 0, 288, 288), access=(point,)))
+    assert plan.continued == 1
+    ends = [s.line.coords[i] for s in plan.segments for i in (0, -1)]
+    assert any(shapely.Point(c).distance(shapely.Point(100, 0)) < 1e-6 for c in ends)
+
+
+def test_no_street_runs_through_an_obstacle():
+    pond = shapely.box(110, 110, 180, 175)
+    plan = plan_of(make_site(shapely.box(0, 0, 288, 288), obstacles=(pond,)))
+    assert all(s.line.intersection(pond).length <= 2.0 for s in plan.segments)
+
+
+def test_a_required_street_is_built(square):
+    wished = LineString([(0, 144), (288, 144)])
+    plan = plan_of(square, wishes=Wishes(required=[wished]))
+    streets = shapely.union_all([s.line for s in plan.segments]).buffer(15)
+    assert wished.intersection(streets).length > 0.9 * wished.length
+
+
+def test_no_street_crosses_a_forbidden_line(square):
+    fence = LineString([(30, 40), (260, 40)])
+    plan = plan_of(square, wishes=Wishes(forbidden=[fence]))
+    assert not any(s.line.crosses(fence) for s in plan.segments)
+
+
+def test_a_sink_outside_the_site_is_refused(square):
+    with pytest.raises(InputError, match=r"Sinks.*lies 612 m outside"):
+        plan_of(square, wishes=Wishes(sinks=[(900, 100)]), sink_mode="points")
+
+
+def test_a_sink_on_an_obstacle_is_refused():
+    site = make_site(shapely.box(0, 0, 288, 288), obstacles=(shapely.box(100, 100, 150, 150),))
+    with pytest.raises(InputError, match="on an obstacle"):
+        plan_of(site, wishes=Wishes(sinks=[(120, 120)]), sink_mode="points")
+
+
+def test_a_required_street_in_an_obstacle_is_refused():
+    site = make_site(shapely.box(0, 0, 288, 288), obstacles=(shapely.box(100, 100, 150, 150),))
+    with pytest.raises(InputError, match="through an obstacle"):
+        plan_of(site, wishes=Wishes(required=[LineString([(0, 120), (288, 120)])]))
+
+
+def test_a_site_without_roads_has_no_sink():
+    site = make_site(shapely.box(0, 0, 288, 288), frontage=[])
+    with pytest.raises(InputError, match="there is no sink"):
+        plan_of(site)
+    assert plan_of(site, sink_mode="boundary").segments
+
+
+def test_a_kept_street_inside_is_met_not_doubled():
+    road = BoundaryStreet(LineString([(0, 150), (288, 150)]), "Old Road")
+    plan = plan_of(make_site(shapely.box(0, 0, 288, 288), inner=(road,)))
+    beside = shapely.box(20, 110, 268, 190)
+    along = [
+        s.line.intersection(beside)
+        for s in plan.segments
+        if s.line.intersection(beside).length > 1
+    ]
+    for line in along:
+        x0, y0, x1, y1 = line.bounds
+        assert y1 - y0 > x1 - x0, "a new street runs beside the kept one"
+
+
+def test_the_same_seed_gives_the_same_plan(field):
+    first, second = (plan_layers(design_streets([field], Specification())) for _ in range(2))
+    for key in first:
+        assert first[key].to_wkb().equals(second[key].to_wkb())
+
+
+def test_distances_descend_to_the_sinks(field):
+    for s in plan_of(field).segments:
+        assert abs(s.dist_start - s.dist_end) <= s.line.length + 1e-6
+        assert s.distance <= s.furthest + 1e-9 or s.direction != 0
+
+
+def test_cancelled_before_anything(square):
+    class Cancelled(Silent):
+        def cancelled(self) -> bool:
+            return True
+
+    with pytest.raises(CancelledError):
+        design_streets([square], Specification(), progress=Cancelled())
+
+
+def test_the_rules_as_in_the_paper(square):
+    plan = plan_of(square, rules="paper", time_limit=10)
+    for solved in plan.network.solved:
+        assert check_design(solved.problem, solved.design.active) == []
+    assert {s.level for s in plan.segments} <= {2, 3}
+
+
+@st.composite
+def outlines(draw):
+    """Quadrilaterals and L-shapes of 2 to 12 ha."""
+    w, h = draw(st.integers(150, 400)), draw(st.integers(150, 300))
+    jitter = [draw(st.integers(-20, 20)) for _ in range(8)]
+    corners = [(0, 0), (w, 0), (w, h), (0, h)]
+    moved = [(x + jitter[2 * i], y + jitter[2 * i + 1]) for i, (x, y) in enumerate(corners)]
+    polygon = shapely.Polygon(moved)
+    if draw(st.booleans()):
+        polygon = polygon.difference(shapely.box(w * 0.6, h * 0.6, w + 50, h + 50))
+    return polygon
+
+
+@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    outlines(),
+    st.sampled_from([0.0, 0.2]),
+    st.sampled_from([FORBID, 0.0]),
+    st.sampled_from(["streets", "boundary"]),
+)
+def test_every_design_passes_the_independent_check(outline, distance, dead_ends, sinks):
+    site = make_site(outline)
+    spec = Specification(
+        weight_distance=distance, dead_ends=dead_ends, sink_mode=sinks, time_limit=4
+    )
+    plan = design_streets([site], spec).plans[0]
+    for solved in plan.network.solved:
+        violations = check_design(solved.problem, solved.design.active)
+        hard = [v for v in violations if v.kind in ("island", "dead end", "candidate", "required")]
+        assert hard == []
+        assert solved.design.bound <= solved.design.objective + 1e-6
+    assert sum(b.polygon.area for b in plan.blocks) == pytest.approx(outline.area, rel=1e-3)
