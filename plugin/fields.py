@@ -184,6 +184,9 @@ EDGES = LayerKind(
         Field("edge_id", "integer", "number of the edge, from 0"),
         _SITE_ID,
         Field("length_m", "number", "length in metres"),
+        Field("boundary", "yes/no", "whether it lies on the edge of the site"),
+        Field("foreign", "yes/no", "whether it crosses ground outside the site"),
+        Field("blocked", "yes/no", "whether it crosses an obstacle: no street may run there"),
     ),
     "edges",
 )
@@ -195,7 +198,7 @@ VERTICES = LayerKind(
         Field("vertex_id", "integer", "number of the vertex, from 0"),
         _SITE_ID,
         Field("valence", "integer", "number of edges that meet here"),
-        Field("role", "text", "inner, boundary, corner or fixed"),
+        Field("role", "text", "corner, boundary, inner, or irregular (inner, without four edges)"),
     ),
     "vertices",
 )
@@ -207,6 +210,7 @@ FACES = LayerKind(
         Field("face_id", "integer", "number of the face, from 0"),
         _SITE_ID,
         Field("area_m2", "number", "area in square metres"),
+        Field("scaled_jacobian", "number", "1 for right angles, 0 where the face degenerates"),
     ),
     "faces",
 )

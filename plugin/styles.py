@@ -126,13 +126,25 @@ def _problems() -> QgsFeatureRenderer:
 
 
 def _vertices() -> QgsFeatureRenderer:
+    return _by_value(
+        "role",
+        [
+            ("corner", "corner", _marker("square", INK, 1.6)),
+            ("irregular", "inner, irregular", _marker("diamond", "#c8442c", 1.8)),
+            ("boundary", "boundary", _marker("circle", GREY, 0.8)),
+            ("inner", "inner", _marker("circle", GREY, 0.8)),
+        ],
+    )
+
+
+def _edges() -> QgsFeatureRenderer:
     return _by_rules(
         [
-            ("regular", '"valence" = 4 OR "role" <> \'inner\'', _marker("circle", GREY, 0.9)),
+            ("may become a street", "ELSE", _line(GREY, 0.15)),
             (
-                "inner, irregular",
-                '"valence" <> 4 AND "role" = \'inner\'',
-                _marker("diamond", "#c8442c", 1.8),
+                "crosses an obstacle or foreign ground",
+                '"blocked" OR "foreign"',
+                _line("#c8442c", 0.15, "dot"),
             ),
         ],
     )
@@ -145,11 +157,11 @@ RENDERERS: dict[str, Callable[[], QgsFeatureRenderer]] = {
     "blocks": _blocks,
     "problems": _problems,
     "vertices": _vertices,
+    "edges": _edges,
     "site": lambda: QgsSingleSymbolRenderer(_fill("160,176,96,50", "#55702f", 0.6)),
     "existing": lambda: QgsSingleSymbolRenderer(_line(GREY, 1.0)),
     "access": lambda: QgsSingleSymbolRenderer(_marker("triangle", "#2f6f73", 3.0)),
     "obstacles": lambda: QgsSingleSymbolRenderer(_fill("#9b3a2f", "#9b3a2f", 0.3, "b_diagonal")),
-    "edges": lambda: QgsSingleSymbolRenderer(_line(GREY, 0.15)),
     "faces": lambda: QgsSingleSymbolRenderer(_fill("#f5f1e8", "#d8d2c6", 0.1)),
 }
 

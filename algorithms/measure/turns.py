@@ -155,7 +155,7 @@ def too_close(chains: Sequence[Chain], edge_length: float) -> list[tuple[Chain, 
     one, other = _alongside(pieces, 0.6 * edge_length)
     same = owner[one] == owner[other]
     apart = np.abs(at[one] - at[other])
-    keep = (owner[one] > owner[other]) | (same & (apart > 1.5 * edge_length) & (one > other))
+    keep = (owner[one] > owner[other]) | (same & (apart > 0.5 * edge_length) & (one > other))
     one, other = one[keep], other[keep]
     order = np.lexsort((at[one], owner[other], owner[one]))
     one, other = one[order], other[order]
@@ -229,11 +229,11 @@ def _sample(lines: Sequence[LineString], step: float) -> tuple[FloatArray, Float
     """
     pieces, owner, at = [], [], []
     for i, line in enumerate(lines):
-        cuts = np.linspace(0.0, line.length, max(2, math.ceil(line.length / step) + 1))
-        xy = shapely.get_coordinates(shapely.line_interpolate_point(line, cuts))
+        xy = shapely.get_coordinates(shapely.segmentize(line, step))
+        size = np.hypot(*np.diff(xy, axis=0).T)
         pieces.append(np.stack([xy[:-1], xy[1:]], axis=1))
-        at.append((cuts[:-1] + cuts[1:]) / 2)
-        owner.append(np.full(len(cuts) - 1, i))
+        at.append(np.cumsum(size) - size / 2)
+        owner.append(np.full(len(size), i))
     if not pieces:
         return np.zeros((0, 2, 2)), np.zeros(0), np.zeros(0)
     return np.concatenate(pieces), np.concatenate(owner), np.concatenate(at)

@@ -11,13 +11,13 @@ from shapely.geometry.polygon import orient
 
 from .quadmesh import FloatArray
 
-LEAST_PART = 1.5
+LEAST_PART = 0.8
 """Area under which a part of a site is dropped, in squares of the edge length."""
 LEAST_HOLE = 0.3
-LEAST_TIP = 0.02
+LEAST_TIP = 0.03
 LARGEST_TIP = 0.6
-SHARP = np.radians(40.0)
-TIP_WIDTH = 0.55
+TIP_WIDTH = 0.65
+MITRE = 1.5
 
 
 @dataclass(frozen=True)
@@ -69,8 +69,10 @@ def clean_site(
     source = site if holes else Polygon(site.exterior)
     radius = ratio * h
     options = {"join_style": "mitre", "mitre_limit": 3.0}
-    shape = source.buffer(radius, **options).buffer(-2 * radius, **options)
-    shape = shape.buffer(radius, **options).simplify(min(h / 100, 0.5))
+    closed = source.buffer(radius, **options).buffer(-radius, **options)
+    opened = closed.buffer(-radius, **options).buffer(radius, **options)
+    held = [p for p in polygons_of(closed.difference(opened)) if _holds(p, keep, h)]
+    shape = shapely.union_all([opened, *held]).simplify(min(h / 100, 0.5))
     shape = _without_tips(shape, h, keep)
     parts = []
     for part in polygons_of(shape):
@@ -83,23 +85,31 @@ def clean_site(
 
 
 def _without_tips(shape: shapely.Geometry, h: float, keep: FloatArray) -> shapely.Geometry:
-    """Cut tips sharper than about 40 degrees off where they are 0.55 h wide.
+    """Cut tips sharper than about 45 degrees off where they are 0.3 to 0.5 h wide.
 
-    A tip is what an opening with limited mitres takes away in one place; a neck borders on
+    A tip is what an opening with limited mitres takes away in one place (a right angle
+    stays, its mitre is 1.41 long); a neck borders on
     what is left in two. Tips with a point that must be kept stay.
     """
     radius = TIP_WIDTH * h / 2
-    mitre = {"join_style": "mitre", "mitre_limit": 1 / np.sin(SHARP / 2)}
+    mitre = {"join_style": "mitre", "mitre_limit": MITRE}
     opened = shape.buffer(-radius, **mitre).buffer(radius, **mitre)
     tips = []
     for piece in polygons_of(shape.difference(opened)):
         if not LEAST_TIP * h * h <= piece.area <= LARGEST_TIP * h * h:
             continue
         border = shapely.line_merge(piece.boundary.intersection(opened.buffer(0.01 * h)))
-        held = len(keep) and float(shapely.distance(piece, shapely.points(keep)).min()) < 0.1 * h
-        if not held and len(shapely.get_parts(border)) <= 1 + piece.boundary.is_closed:
+        if (
+            not _holds(piece, keep, h)
+            and len(shapely.get_parts(border)) <= 1 + piece.boundary.is_closed
+        ):
             tips.append(piece)
     if not tips:
         return shape
     cut = shape.difference(shapely.union_all(tips)).buffer(-1e-3 * h, **mitre)
     return cut.buffer(1e-3 * h, **mitre)
+
+
+def _holds(piece: Polygon, keep: FloatArray, h: float) -> bool:
+    """Tell whether a point that must be kept lies at a piece."""
+    return len(keep) > 0 and float(shapely.distance(piece, shapely.points(keep)).min()) < 0.1 * h

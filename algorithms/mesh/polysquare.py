@@ -13,7 +13,7 @@ from ..errors import InputError, MeshError
 from ..progress import Progress, Silent
 from .assemble import assemble
 from .attract import attract
-from .clean import CleanSite, clean_site, polygons_of
+from .clean import LEAST_PART, CleanSite, clean_site, polygons_of
 from .quadmesh import FloatArray, QuadMesh
 from .variants import FAIR, PartMesh, check_cancelled, improve, mesh_part
 
@@ -135,7 +135,7 @@ def checked_site(polygon: Polygon | MultiPolygon, edge_length: float) -> Polygon
     site = parts[0] if len(parts) == 1 else MultiPolygon(parts)
     if not np.isfinite(site.area):
         raise InputError("The site has coordinates that are not numbers.", "Repair the polygon.")
-    if site.area < 1.5 * edge_length**2:
+    if site.area < LEAST_PART * edge_length**2:
         raise MeshError(_too_small(site, edge_length))
     return site
 

@@ -179,7 +179,8 @@ def improve(
                     changes.append((cost, labels))
         changes.sort(key=lambda c: c[0])
         start = best
-        most = MOST_CHANGES if len(mesh.draft.faces) <= MANY else MOST_CHANGES // 2
+        long = len(mesh.draft.faces) <= MANY or best.score > ROWS_FROM
+        most = MOST_CHANGES if long else MOST_CHANGES // 2
         for _, labels in changes[:most]:
             check_cancelled(progress)
             seen.add(_key(labels))

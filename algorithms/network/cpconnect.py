@@ -84,7 +84,7 @@ def add_ranks(network: CpNetwork) -> None:
         if len(ways) == 2:
             model.add_at_most_one(ways)
     for c, literal in on.items():
-        network.clause([*parents[c], network.negated(literal)], "connection to a sink")
+        network.clause([*parents[c], network.negated(literal)])
 
 
 def add_distances(network: CpNetwork, limit: Optional[float] = None) -> None:
@@ -153,9 +153,7 @@ def add_window_distances(network: CpNetwork, active: BoolArray) -> None:
             labels.fix(v, float(without[v]))
     for e, x in network.edge.items():
         labels.link(*index.ends[e], float(problem.length[e]), x)
-    cut_off = [
-        v for v in network.vertices if network.vertex[v] is True and math.isinf(without[v])
-    ]
+    cut_off = [v for v in network.vertices if network.vertex[v] is True and math.isinf(without[v])]
     if cut_off:
         between = dijkstra(graph(problem, outside), indices=cut_off)
         for i, a in enumerate(cut_off):
@@ -250,9 +248,7 @@ class _Labels:
     def finish(self) -> None:
         """Demand a parent of every vertex that is on."""
         for v, on in self.on.items():
-            self.network.clause(
-                [*self.parents[v], self.network.negated(on)], "connection to a sink"
-            )
+            self.network.clause([*self.parents[v], self.network.negated(on)])
 
     def hint(self, distances: FloatArray) -> None:
         """Suggest the labels of a design, given its distances."""

@@ -54,8 +54,6 @@ class CpNetwork:
         Shape (e,). Edges chosen among the others.
     finest
         Largest factor that makes costs whole; the smaller, the faster and the coarser.
-    relax
-        Let every hard rule be switched off as a whole; see `switches`.
 
     Attributes
     ----------
@@ -67,8 +65,6 @@ class CpNetwork:
         Literal per vertex at free edges: whether it is active.
     costs
         Pairs (variable, cost), the objective so far.
-    switches
-        With `relax`, one variable per kind of hard rule: true where it is given up.
     """
 
     def __init__(
@@ -78,14 +74,11 @@ class CpNetwork:
         fixed: BoolArray,
         *,
         finest: int = FINEST,
-        relax: bool = False,
     ) -> None:
         self.index = index
         self.free = list(free)
         self.fixed = fixed
         self.finest = finest
-        self.relax = relax
-        self.switches: dict[str, Any] = {}
         self.model: Any = cp_model().CpModel()
         self.expression: Any = cp_model().LinearExpr
         self.costs: list[tuple[Any, float]] = []
@@ -106,23 +99,11 @@ class CpNetwork:
         """Return the negation of a literal."""
         return (not literal) if isinstance(literal, bool) else ~literal
 
-    def clause(self, literals: Iterable[Literal], kind: str = "") -> None:
-        """Demand that one of the literals holds; with `relax`, unless `kind` is given up."""
+    def clause(self, literals: Iterable[Literal]) -> None:
+        """Demand that one of the literals holds."""
         kept = [a for a in literals if a is not False]
-        if any(a is True for a in kept):
-            return
-        if self.relax and kind:
-            kept.append(self._switch(kind))
-        if kept:
+        if not any(a is True for a in kept):
             self.model.add_bool_or(kept)
-        else:
-            self.model.add_bool_or([])
-
-    def _switch(self, kind: str) -> Any:
-        """Return the variable that gives up a kind of rule."""
-        if kind not in self.switches:
-            self.switches[kind] = self.model.new_bool_var("")
-        return self.switches[kind]
 
     def cost(self, literal: Literal, weight: float) -> None:
         """Add a cost that is due if the literal holds."""
@@ -144,7 +125,7 @@ class CpNetwork:
             xs = [self.edge[e] for e in mine if e in self.edge]
             for x in xs:
                 model.add_implication(x, active)
-            if index.two[v] and not self.relax:
+            if index.two[v]:
                 model.add(self.expression.sum(xs) >= 2 * active)
             else:
                 model.add_bool_or([*xs, ~active])
@@ -154,7 +135,7 @@ class CpNetwork:
         for e in self.free:
             self.cost(self.edge[e], self.index.cost[e])
             if self.index.problem.required[e]:
-                self.clause([self.edge[e]], "required edges")
+                self.clause([self.edge[e]])
 
     def add_terms(self, terms: Iterable[Term]) -> None:
         """Add local rules, patterns and clauses."""
@@ -165,7 +146,7 @@ class CpNetwork:
                 continue
             if term.hard:
                 for body in bodies:
-                    self.clause(body, term.kind)
+                    self.clause(body)
                 continue
             if any(not body for body in bodies):
                 self.constant += term.weight
@@ -196,7 +177,7 @@ class CpNetwork:
                 continue
             if math.isinf(penalty):
                 self.slack[v] = False
-                self.clause(literals, "coverage")
+                self.clause(literals)
                 continue
             kept = [a for a in literals if a is not False]
             slack = self.model.new_bool_var("") if kept else True
@@ -242,10 +223,6 @@ class CpNetwork:
 
     def minimise(self) -> int:
         """Set the objective; return the factor that its whole numbers are multiples of."""
-        if self.relax:
-            # giving up coverage or clauses hurts less than giving up the rest
-            self.model.minimize(self.expression.sum(list(self.switches.values())))
-            return 1
         scale = whole_scale((w for _, w in self.costs), self.finest)
         variables = [variable for variable, _ in self.costs]
         weights = [whole(w, scale) for _, w in self.costs]

@@ -158,9 +158,7 @@ def _configure(solver: Any, options: CpOptions) -> None:
     p.stop_after_first_solution = options.first_only
 
 
-def _solve_watched(
-    solver: Any, model: Any, watch: Any, stop: Optional[Callable[[], bool]]
-) -> Any:
+def _solve_watched(solver: Any, model: Any, watch: Any, stop: Optional[Callable[[], bool]]) -> Any:
     """Solve in a thread of its own while the caller's thread asks whether to stop."""
     if stop is None:
         return solver.solve(model, watch)

@@ -145,6 +145,11 @@ class Companion:
         except BaseException as error:
             self._failure.append(error)
 
+    @property
+    def alive(self) -> bool:
+        """Whether the work goes on."""
+        return self._thread.is_alive()
+
     def __enter__(self) -> Companion:
         """Start."""
         self._thread.start()

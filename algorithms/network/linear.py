@@ -69,4 +69,3 @@ class LinearModel:
         for variable, cost in self._costs:
             sums[variable] = sums.get(variable, 0.0) + cost
         self.problem += pulp.LpAffineExpression(sums)
-

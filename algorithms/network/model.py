@@ -48,7 +48,7 @@ class NetworkModel:
         """Return the chosen edges of a solution, given the values by name of variable."""
         active = np.zeros(len(self.index.ends), dtype=bool)
         for e, x in self.edge.items():
-            active[e] = values[x.name] > 0.5
+            active[e] = values.get(x.name, 0.0) > 0.5
         return active
 
 

@@ -4,13 +4,22 @@ from __future__ import annotations
 
 from typing import Optional
 
-from ..errors import InfeasibleError, InputError
+import numpy as np
+
+from ..errors import InfeasibleError
 from ..progress import Deadline, Progress
+from . import ortools_access
+from .conflicts import explain
 from .evaluate import Evaluator
 from .incumbent import Incumbent
+from .mipstrategy import solve_by_mip
 from .problem import BoolArray, Design, NetworkProblem
-from .strategies import solve_by_cp
+from .solvers import check_solver
+from .strategies import first_start, no_design_yet, solve_by_cp, straight_start
 from .structure import structure
+
+#: Seconds for finding out which rules are in conflict.
+DIAGNOSIS = 5.0
 
 
 def solve(
@@ -51,20 +60,54 @@ def solve(
     ------
     InfeasibleError
         If no design satisfies the hard rules, or none was found in time.
+    InputError
+        If there is no such solver.
+    MissingDependencyError
+        If "cpsat" is asked for and OR-Tools is not installed.
     CancelledError
         If the run was cancelled before there was any design.
     """
-    if solver not in ("auto", "cpsat"):
-        raise InputError(f"Unknown solver '{solver}'.", "Choose 'auto' or 'cpsat'.")
+    by_cp = solver == "cpsat" or (solver == "auto" and ortools_access.available())
+    if solver == "cpsat":
+        ortools_access.cp_model()  # says what is missing
+    elif solver != "auto":
+        check_solver(solver)
     deadline = Deadline(time_limit, progress)
     index = structure(problem)
-    if index.conflicts:
-        raise InfeasibleError("No street network is possible: " + "; ".join(index.conflicts) + ".")
     run = Incumbent(Evaluator(problem), deadline, gap, progress)
     run.raise_bound(index.fixed)
     if start is not None:
-        run.take(start)
-    if not solve_by_cp(run, index, seed):
-        raise InfeasibleError("No street network satisfies all rules at once.")
+        run.take(np.asarray(start, dtype=bool))
+    possible = not index.conflicts
+    if possible and by_cp:
+        possible = solve_by_cp(run, index, seed)
+    elif possible:
+        if run.best is None:
+            straight_start(run, index)
+        possible = solve_by_mip(run, index, seed, "highs" if solver == "auto" else solver)
+    if not possible:
+        raise InfeasibleError(_why(problem, by_cp, progress))
+    if run.best is None:
+        raise no_design_yet(run)
     run.report()
     return run.design()
+
+
+def _why(problem: NetworkProblem, by_cp: bool, progress: Optional[Progress]) -> str:
+    """Say which rules contradict each other, within a few seconds."""
+    deadline = Deadline(DIAGNOSIS, progress)
+
+    def feasible(relaxed: NetworkProblem) -> bool:
+        index = structure(relaxed)
+        if index.conflicts:
+            return False
+        trial = Incumbent(Evaluator(relaxed), Deadline(min(1.0, deadline.left), progress))
+        if by_cp:
+            first_start(trial, index, 1)
+        else:
+            # any design will do, and a relative gap of 1 is any design
+            trial.gap = 1.0
+            solve_by_mip(trial, index, 1, "highs")
+        return trial.best is not None
+
+    return explain(problem, feasible, deadline.passed)

@@ -73,7 +73,7 @@ def solve_mip(
     threads: int = 1,
     solver: str = "highs",
     start: Optional[dict[Any, float]] = None,
-    on_incumbent: Optional[Callable[[float], None]] = None,
+    on_incumbent: Optional[Callable[[dict[str, float]], None]] = None,
     on_bound: Optional[Callable[[float], None]] = None,
     cancelled: Optional[Callable[[], bool]] = None,
 ) -> MipResult:
@@ -95,7 +95,8 @@ def solve_mip(
         Value per variable to begin with, for solvers that take one. HiGHS through PuLP does
         not.
     on_incumbent, on_bound
-        Told objectives and bounds as they come, from a thread of the solver; HiGHS only.
+        Told solutions (as `MipResult.values`) and bounds as they come, from a thread of the
+        solver; HiGHS only.
     cancelled
         Asked about ten times a second; true ends HiGHS, which keeps its incumbent. Other
         solvers run on until their time limit.
@@ -151,7 +152,7 @@ def _solve_highs(
     time_limit: float,
     gap: float,
     threads: int,
-    on_incumbent: Optional[Callable[[float], None]],
+    on_incumbent: Optional[Callable[[dict[str, float]], None]],
     on_bound: Optional[Callable[[float], None]],
     cancelled: Optional[Callable[[], bool]],
 ) -> MipResult:
@@ -166,8 +167,6 @@ def _solve_highs(
         callbackTuple=(watch.note, None),
         callbacksToActivate=[kinds.kCallbackMipInterrupt, kinds.kCallbackMipImprovingSolution],
     )
-    # order in which PuLP hands the variables over
-    names = [variable.name for variable in model.problem.variables()]
     failure: list[BaseException] = []
 
     def work() -> None:
@@ -178,7 +177,7 @@ def _solve_highs(
 
     thread = threading.Thread(target=work, name="highs", daemon=True)
     thread.start()
-    # its presolve and first relaxation never look at the time or the clock of ours
+    # presolve and the first relaxation do not call back
     end = time.monotonic() + time_limit + GRACE
     while thread.is_alive() and time.monotonic() < end:
         thread.join(POLL)
@@ -197,7 +196,7 @@ def _solve_highs(
             watch.bound = max(watch.bound, dual if abs(dual) < 1e20 else -math.inf)
         if status in ("optimal", "feasible"):
             watch.values = [v.value() or 0.0 for v in model.problem.variables()]
-    return watch.result(status, names)
+    return watch.result(status)
 
 
 class _Watch:
@@ -207,7 +206,7 @@ class _Watch:
         self,
         model: LinearModel,
         kinds: Any,
-        on_incumbent: Optional[Callable[[float], None]],
+        on_incumbent: Optional[Callable[[dict[str, float]], None]],
         on_bound: Optional[Callable[[float], None]],
     ) -> None:
         self.constant = model.constant
@@ -216,13 +215,16 @@ class _Watch:
         self.on_bound = on_bound
         self.stop = threading.Event()
         self.bound = -math.inf
-        self.value = math.inf
+        # order in which PuLP hands the variables over
+        self.names = [variable.name for variable in model.problem.variables()]
         self.values: Optional[list[float]] = None
 
     def note(self, kind: Any, _text: str, out: Any, answer: Any, _data: Any) -> None:
         """Take a callback of HiGHS."""
         if kind == self.kinds.kCallbackMipImprovingSolution:
             self.values = [float(x) for x in out.mip_solution]
+            if self.on_incumbent is not None:
+                self.on_incumbent(dict(zip(self.names, self.values)))
             return
         if self.stop.is_set():
             answer.user_interrupt = True
@@ -230,12 +232,8 @@ class _Watch:
             self.bound = out.mip_dual_bound
             if self.on_bound is not None:
                 self.on_bound(self.bound + self.constant)
-        if out.mip_primal_bound < self.value:
-            self.value = out.mip_primal_bound
-            if self.on_incumbent is not None:
-                self.on_incumbent(self.value + self.constant)
 
-    def result(self, status: str, names: list[str]) -> MipResult:
+    def result(self, status: str) -> MipResult:
         """Return what was found."""
         if status == "infeasible":
             return MipResult(status, -math.inf)
@@ -244,5 +242,5 @@ class _Watch:
         # an interrupted run calls its incumbent optimal
         if status == "optimal" and self.stop.is_set():
             status = "feasible"
-        values = None if self.values is None else dict(zip(names, self.values))
+        values = None if self.values is None else dict(zip(self.names, self.values))
         return MipResult(status, self.bound + self.constant, values)

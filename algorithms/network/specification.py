@@ -144,4 +144,5 @@ class Specification:
                 f"Unknown keys in the specification: {', '.join(unknown)}.",
                 f"Known keys are: {', '.join(sorted(known))}.",
             )
-        return cls(**{k: FORBID if v == "forbid" else v for k, v in values.items()})
+        fields: dict[str, Any] = {k: FORBID if v == "forbid" else v for k, v in values.items()}
+        return cls(**fields)

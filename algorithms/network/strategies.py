@@ -12,6 +12,7 @@ from .chords import chord_start
 from .cpmodel import CpNetwork
 from .cpsat import CpOptions, full_network, run_cp
 from .incumbent import Incumbent
+from .mipstrategy import mip_bound
 from .problem import BoolArray
 from .search import WindowSearch
 from .structure import Structure
@@ -48,9 +49,7 @@ def straight_start(run: Incumbent, index: Structure) -> None:
 def first_start(run: Incumbent, index: Structure, seed: int) -> bool:
     """Let CP-SAT find any valid design; return False if it proves that there is none."""
     if not index.edges:
-        nothing = np.zeros(len(index.ends), dtype=bool)
-        run.take(nothing)
-        return run.best is not None
+        return run.take(np.zeros(len(index.ends), dtype=bool))
     network = full_network(index, cuts=[], ranks=True)
     for slack in network.slack.values():
         if not isinstance(slack, bool):
@@ -83,6 +82,16 @@ def _bounded(run: Incumbent, index: Structure) -> CpNetwork:
     if run.best is not None and weight > 0:
         limit = run.value / weight
     return full_network(index, start=run.best, distance_limit=limit)
+
+
+def bound_beside(run: Incumbent, index: Structure, seed: int) -> None:
+    """Prove a bound by the means that suits the problem; the work of the second thread."""
+    if index.with_distance or len(index.edges) > CP_BOUND:
+        # the cost of a flow is the better bound of distances; without them the flow only
+        # slows the solver down
+        mip_bound(run, index, flow=index.with_distance)
+    else:
+        cp_bound(run, index, seed)
 
 
 def cp_bound(run: Incumbent, index: Structure, seed: int) -> None:
@@ -136,6 +145,6 @@ def solve_by_cp(run: Incumbent, index: Structure, seed: int) -> bool:
         raise no_design_yet(run)
     if run.enough():
         return True
-    with run.beside(lambda: cp_bound(run, index, seed)):
+    with run.beside(lambda: bound_beside(run, index, seed)):
         window_search(run, index, seed)
     return math.isfinite(run.value)

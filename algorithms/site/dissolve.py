@@ -12,7 +12,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from shapely.geometry import Polygon
 
-from .repair import GRID, NO_AREA, Geometries, Problems
+from .repair import GRID, NO_AREA, Geometries, Problems, rounded
 
 GAP = 1.0
 """Gaps between polygons up to this width are closed, metres."""
@@ -73,10 +73,13 @@ def dissolve(
 def _round(pieces: list[_Piece], layer: str, crs: CRS, problems: Problems) -> list[_Piece]:
     """Join what adjoins and clean each result."""
     polygons = np.array([p for p, _ in pieces], dtype=object)
-    tidy = _tidy(polygons)
+    groups = _groups(polygons)
+    single = np.array([m[0] for m in groups if len(m) == 1], dtype=np.intp)
+    tidy = np.zeros(len(polygons), dtype=bool)
+    tidy[single] = _tidy(polygons[single])
     ordered = _canonical(polygons)
     result: list[_Piece] = []
-    for members in _groups(polygons):
+    for members in groups:
         if len(members) == 1 and tidy[members[0]]:
             result.append((ordered[members[0]], pieces[members[0]][1]))
             continue
@@ -100,8 +103,8 @@ def _tidy(polygons: Geometries) -> npt.NDArray[np.bool_]:
     opened = shapely.buffer(core, NEEDLE, join_style="mitre", mitre_limit=MITRE)
     plain = shapely.get_num_interior_rings(polygons) == 0
     plain &= ~shapely.is_empty(core) & (shapely.area(polygons) >= SMALLEST)
-    plain[plain] &= shapely.area(shapely.difference(polygons[plain], opened[plain])) < NEEDLE
-    return plain
+    plain &= shapely.area(polygons) - shapely.area(opened) < NEEDLE
+    return np.asarray(plain)
 
 
 def _canonical(polygons: Geometries) -> Geometries:
@@ -138,21 +141,22 @@ def _close(
 ) -> shapely.Geometry:
     """Unite polygons and fill the gaps between them, leaving the other edges as they are."""
     # in floating point, then rounded: several times faster than on the grid all the way
-    united = shapely.set_precision(shapely.union_all(shapely.set_precision(polygons, 0)), GRID)
+    united = rounded(shapely.union_all(polygons))
     half = GAP / 2
     closed = shapely.buffer(shapely.buffer(united, half, join_style="mitre"), -half,
                             join_style="mitre")  # fmt: skip
-    gaps = shapely.get_parts(shapely.difference(closed, united, grid_size=GRID))
+    gaps = shapely.get_parts(shapely.difference(closed, united))
     gaps = gaps[shapely.area(gaps) > 0.01]
+    # only what lies between two polygons: notches in one of them are its own affair
+    between, _ = shapely.STRtree(polygons).query(gaps, predicate="dwithin", distance=2 * GRID)
+    gaps = gaps[np.bincount(between, minlength=len(gaps)) > 1]
     if len(gaps) == 0:
         return united
     where = shapely.union_all(gaps)
     what = f"{len(gaps)} gaps or overlaps up to {GAP:g} m wide between adjoining polygons"
     problems.add(layer, feature, what, "closed", "info", where, crs)
     # grown by a grid step: rounding must not leave a hair between gap and polygon
-    return shapely.union_all(
-        [united, shapely.buffer(where, 2 * GRID, join_style="mitre")], grid_size=GRID
-    )
+    return rounded(shapely.union(united, shapely.buffer(where, 2 * GRID, join_style="mitre")))
 
 
 def _clean(
@@ -170,7 +174,9 @@ def _clean(
             what = f"a piece of {piece.area:.2f} m2 hangs on by less than {2 * NEEDLE:g} m"
             problems.add(layer, feature, what, "dropped", "warning", piece, crs)
             continue
-        result.append(_canonical(piece))
+        # rounded once more: what is given must be what would be read again
+        fixed = _canonical(rounded(piece))
+        result += [p for p in shapely.get_parts(fixed) if p.area >= SMALLEST]
     return result
 
 
@@ -205,7 +211,7 @@ def _cut_needles(
     where = shapely.union_all(needles)
     problems.add(layer, feature, what, "cut off", "info", where, crs)
     grown = shapely.buffer(where, 2 * GRID, join_style="mitre")
-    rest = shapely.get_parts(shapely.difference(polygon, grown, grid_size=GRID))
+    rest = shapely.get_parts(rounded(shapely.difference(polygon, grown)))
     return [p for p in rest if p.area > NO_AREA]
 
 
@@ -224,5 +230,5 @@ def _part_touching_rings(
     what = "holes touch each other or the edge"
     problems.add(layer, feature, what, "parted by a cut of 0.5 m", "info", touch, crs)
     cut = shapely.buffer(touch, NEEDLE, cap_style="square")
-    rest = shapely.get_parts(shapely.difference(polygon, cut, grid_size=GRID))
+    rest = shapely.get_parts(rounded(shapely.difference(polygon, cut)))
     return [p for p in rest if p.area > NO_AREA]

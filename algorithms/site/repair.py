@@ -141,6 +141,25 @@ def repair_polygons(
     return snapped, ids[origin]
 
 
+def rounded(geometry: Any) -> Any:
+    """Round to the grid, keeping the result valid.
+
+    The grid is not kept as a property of the geometry: later operations then work in
+    floating point, which is faster and does the same to a geometry read again from a file.
+
+    Parameters
+    ----------
+    geometry
+        Geometry or array of geometries.
+
+    Returns
+    -------
+    shapely.Geometry or ndarray
+        The same, on the grid.
+    """
+    return shapely.set_precision(shapely.set_precision(geometry, GRID), 0)
+
+
 def make_valid(geometry: shapely.Geometry) -> shapely.Geometry:
     """Make an areal geometry valid: the union of its shells less its holes.
 
@@ -217,7 +236,7 @@ def _snap(
 ) -> tuple[Geometries, npt.NDArray[np.intp]]:
     """Round to the grid; report vertices that fall together and parts that vanish."""
     before = shapely.get_num_coordinates(parts)
-    snapped = shapely.set_precision(parts, GRID)
+    snapped = rounded(parts)
     after = shapely.get_num_coordinates(snapped)
     area = shapely.area(snapped)
     for i in np.flatnonzero((after < before) & (area > NO_AREA)):

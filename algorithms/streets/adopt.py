@@ -121,7 +121,7 @@ def _path_along(mesh: QuadMesh, line: LineString) -> list[int]:
 
 
 def _foot(line: LineString, xy: FloatArray) -> FloatArray:
-    """The point of a line nearest to a position."""
+    """Find the point of a line nearest to a position."""
     foot = line.interpolate(line.project(shapely.Point(xy)))
     return np.array([foot.x, foot.y])
 

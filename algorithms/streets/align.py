@@ -78,7 +78,7 @@ def align(
             lines = _drawn(mesh, ways, positions, curved)
             if share == 0.0 and not curved:
                 break
-            if _safe(site, mesh, level, lines):
+            if _safe(site, mesh, lines):
                 return Alignment(positions, lines, ways)
     return Alignment(mesh.vertices.copy(), _drawn(mesh, ways, mesh.vertices, False), ways)
 
@@ -101,10 +101,11 @@ def _straightened(
         for way in ways:
             for a, b, c in zip(way, way[1:], way[2:], strict=False):
                 _straight_row(rows, now, a, b, c, sparse_bends=turn > 3)
-        _square_rows(rows, now, mesh, ways, arrivals)
+        _square_rows(rows, now, ways, arrivals)
         moved = rows.solve(now, used) - start
         size = np.hypot(*moved.T)[:, None]
         limit = REACH * mesh.edge_length
+        moved[list(arrivals)] = 0.0
         now = start + moved * np.minimum(1.0, limit / np.maximum(size, 1e-9))
     return now
 
@@ -183,7 +184,6 @@ def _straight_row(
 def _square_rows(
     rows: _Rows,
     now: FloatArray,
-    mesh: QuadMesh,
     ways: Sequence[Sequence[int]],
     arrivals: Mapping[int, tuple[float, float]],
 ) -> None:
@@ -225,7 +225,7 @@ def _drawn(
 
 
 def _tangents(points: FloatArray, *, closed: bool) -> FloatArray:
-    """Unit tangents of the curve through points: circle-like inside, natural at the ends."""
+    """Give unit tangents of the curve through points: circle-like inside, natural at the ends."""
     steps = np.diff(points, axis=0)
     sizes = np.hypot(*steps.T)[:, None]
     unit = steps / np.maximum(sizes, 1e-9)
@@ -262,7 +262,7 @@ def _hermite(p: FloatArray, q: FloatArray, tp: FloatArray, tq: FloatArray) -> Fl
     return bow
 
 
-def _safe(site: Site, mesh: QuadMesh, level: IntArray, lines: Mapping[int, FloatArray]) -> bool:
+def _safe(site: Site, mesh: QuadMesh, lines: Mapping[int, FloatArray]) -> bool:
     """Tell whether lines meet at their ends only and stay on good ground."""
     edges = sorted(lines)
     shapes = np.array([LineString(lines[e]) for e in edges])

@@ -75,7 +75,7 @@ def block_size(polygon: Polygon) -> tuple[float, float]:
 
 
 def reach_edge(site: Site, xy: tuple[float, float], from_xy: tuple[float, float]) -> LineString:
-    """The short piece that takes a street's end from the mesh's outline to the site's.
+    """Draw the short piece that takes a street's end from the mesh's outline to the site's.
 
     The mesh follows a cleaned outline: its boundary vertices may lie a little inside or
     outside the true one.

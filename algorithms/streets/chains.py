@@ -99,12 +99,12 @@ def _walk(
 
 
 def _other(mesh: QuadMesh, edge: int, vertex: int) -> int:
-    """The far end of an edge."""
+    """Return the far end of an edge."""
     return int(mesh.edges[edge].sum()) - vertex
 
 
 def _unit(vector: FloatArray) -> FloatArray:
-    """The vector at length 1."""
+    """Return the vector at length 1."""
     size = float(np.hypot(*vector))
     return vector / size if size > 0 else vector
 

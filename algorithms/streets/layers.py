@@ -125,7 +125,7 @@ def _new_streets(plan: SitePlan) -> Iterable[Row]:
 
 
 def _existing_streets(site: Site) -> Iterable[Row]:
-    """The streets beside the site and those kept inside."""
+    """Give the streets beside the site and those kept inside."""
     for street in (*site.boundary_streets, *site.inner_streets):
         own = existing_level(street)
         yield {
@@ -191,7 +191,7 @@ def _blocks(plan: SitePlan) -> Iterable[Row]:
 
 
 def _problems(plan: SitePlan) -> Iterable[Row]:
-    """What could not be had, place by place."""
+    """List what could not be had, place by place."""
     for xy in plan.uncovered:
         yield {
             "layer": plan.site.name,

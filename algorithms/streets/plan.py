@@ -165,6 +165,7 @@ def design_streets(
             stopped = "cancelled"
             break
         own = wishes(site) if callable(wishes) else wishes
+        own = own.of_site(site, sites) if own is not None else None
         share = deadline.left * site.polygon.area / max(area, 1e-9)
         area -= site.polygon.area
         given = mesh(site) if mesh is not None else None

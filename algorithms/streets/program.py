@@ -88,7 +88,7 @@ def _planner(
     sinks: BoolArray,
     active: BoolArray,
 ) -> NetworkProblem:
-    """The planner's rules on a mesh whose cells are as wide as a block."""
+    """Apply the planner's rules on a mesh whose cells are as wide as a block."""
     mesh, weights = ground.mesh, PLANNER[level]
     usable = existing | candidate
     final = level == LOCAL or spec.levels == 1
@@ -158,7 +158,7 @@ def _paper(
     sinks: BoolArray,
     active: BoolArray,
 ) -> NetworkProblem:
-    """The rules of CND section 4: coverage, local rules, length and distance."""
+    """Apply the rules of CND section 4: coverage, local rules, length and distance."""
     radius = spec.coverage
     if radius is None:
         radius = 2.0 if level == COLLECTOR else 1.0

@@ -120,7 +120,7 @@ def _segment(
     level: int,
     distance: FloatArray,
 ) -> Segment:
-    """The segment along a path of vertices."""
+    """Make the segment along a path of vertices."""
     points: list[FloatArray] = []
     for u, v in zip(path, path[1:], strict=False):
         edge = mesh.edge_between(u, v)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import networkx as nx
 import numpy as np
 import shapely
 from shapely.geometry import LineString, Point
@@ -35,11 +36,45 @@ class Wishes:
         Lines along which a street must run.
     forbidden
         Lines or polygons that no street may cross or follow.
+    sink_ids, required_ids
+        Feature ids of the sinks and required lines, for messages.
     """
 
     sinks: Sequence[tuple[float, float]] = ()
     required: Sequence[LineString] = ()
     forbidden: Sequence[shapely.Geometry] = ()
+    sink_ids: Sequence[int | str] = ()
+    required_ids: Sequence[int | str] = ()
+
+    def sink_id(self, i: int) -> int | str:
+        """Feature id of a sink, its number where none is given."""
+        return self.sink_ids[i] if i < len(self.sink_ids) else i
+
+    def required_id(self, i: int) -> int | str:
+        """Feature id of a required line, its number where none is given."""
+        return self.required_ids[i] if i < len(self.required_ids) else i
+
+    def of_site(self, site: Site, sites: Sequence[Site]) -> Wishes:
+        """Keep the sinks and required lines that belong to one of several sites.
+
+        Each belongs to the site nearest to it, so that none is lost without a word.
+        """
+        if len(sites) < 2:
+            return self
+
+        def own(shape: shapely.Geometry) -> bool:
+            gaps = [shape.distance(s.polygon) for s in sites]
+            return sites[gaps.index(min(gaps))] is site or bool(gaps[sites.index(site)] == 0)
+
+        sinks = [i for i, xy in enumerate(self.sinks) if own(Point(xy))]
+        lines = [i for i, line in enumerate(self.required) if own(line)]
+        return Wishes(
+            sinks=[self.sinks[i] for i in sinks],
+            required=[self.required[i] for i in lines],
+            forbidden=self.forbidden,
+            sink_ids=[self.sink_id(i) for i in sinks],
+            required_ids=[self.required_id(i) for i in lines],
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +183,7 @@ def survey(
     barred = (_foreign(site, mesh) | _overlaps(mesh, blocked)) & ~street
     barred |= mesh.boundary_edges & ~street
     arrivals = {v: attracted[i] for v, i in mesh.attracted.items() if i < len(attracted)}
-    required = _required_edges(site, mesh, barred | mesh.boundary_edges, wishes.required)
+    required = _required_edges(site, mesh, barred | mesh.boundary_edges, wishes)
     sinks = _sinks(site, mesh, spec, street, arrivals, wishes)
     return Ground(site, mesh, street, barred, required, sinks, arrivals, _green_faces(mesh, site))
 
@@ -210,32 +245,28 @@ def _green_faces(mesh: QuadMesh, site: Site) -> frozenset[int]:
     return frozenset(np.flatnonzero(covered > 0.5 * shapely.area(faces)).tolist())
 
 
-def _required_edges(
-    site: Site, mesh: QuadMesh, barred: BoolArray, lines: Sequence[LineString]
-) -> BoolArray:
+def _required_edges(site: Site, mesh: QuadMesh, barred: BoolArray, wishes: Wishes) -> BoolArray:
     """Lay each required line on the mesh as the path that stays nearest to it."""
     mark = np.zeros(len(mesh.edges), dtype=np.bool_)
-    if not lines:
+    if not wishes.required:
         return mark
-    import networkx as nx
-
     inside = shapely.buffer(site.polygon, 1.0)
     graph = nx.Graph()
-    for i, line in enumerate(lines):
+    for i, line in enumerate(wishes.required):
         wished = shapely.intersection(line, inside)
         if shapely.length(wished) < 0.25 * mesh.edge_length:
             raise InputError(
                 "The required street does not lie in the site.",
                 "Move it into the site or leave it out.",
                 layer="Required streets",
-                feature=i,
+                feature=wishes.required_id(i),
             )
         if shapely.length(shapely.intersection(wished, site.obstacle_union)) > TOUCH:
             raise InputError(
                 "The required street runs through an obstacle.",
                 "Move the street, or take the obstacle out of the obstacle layer.",
                 layer="Required streets",
-                feature=i,
+                feature=wishes.required_id(i),
             )
         away = shapely.distance(shapely.linestrings(mesh.vertices[mesh.edges]), wished)
         middle = shapely.distance(shapely.points(mesh.vertices[mesh.edges].mean(axis=1)), wished)
@@ -252,7 +283,7 @@ def _required_edges(
                 "forbidden places cut it.",
                 "Move the street or the obstacles.",
                 layer="Required streets",
-                feature=i,
+                feature=wishes.required_id(i),
             ) from None
         for u, v in zip(path, path[1:], strict=False):
             mark[graph[u][v]["edge"]] = True
@@ -260,7 +291,7 @@ def _required_edges(
 
 
 def _nearest(mesh: QuadMesh, vertices: Sequence[int], xy: tuple[float, ...]) -> int:
-    """The vertex among some that lies nearest to a position."""
+    """Find the vertex among some that lies nearest to a position."""
     among = np.array(sorted(vertices))
     gaps: FloatArray = np.hypot(*(mesh.vertices[among] - np.asarray(xy[:2])).T)
     return int(among[gaps.argmin()])
@@ -292,7 +323,7 @@ def _sinks(
         remedy = "Give a road layer whose streets reach the site, or choose another sink mode."
     else:
         for i, xy in enumerate(wishes.sinks):
-            mark[_sink_vertex(site, mesh, xy, i)] = True
+            mark[_sink_vertex(site, mesh, xy, wishes.sink_id(i))] = True
         remedy = "Give sink points inside the site or at its edge."
     if not mark.any():
         raise InputError(
@@ -304,21 +335,21 @@ def _sinks(
     return mark
 
 
-def _sink_vertex(site: Site, mesh: QuadMesh, xy: tuple[float, float], i: int) -> int:
-    """The mesh vertex of a given sink; refuse sinks outside or on obstacles."""
+def _sink_vertex(site: Site, mesh: QuadMesh, xy: tuple[float, float], feature: int | str) -> int:
+    """Find the mesh vertex of a given sink; refuse sinks outside or on obstacles."""
     point = Point(xy)
     if site.polygon.distance(point) > 0.5 * mesh.edge_length:
         raise InputError(
             f"The sink lies {site.polygon.distance(point):.0f} m outside the site.",
             "Move it into the site or to its edge.",
             layer="Sinks",
-            feature=i,
+            feature=feature,
         )
     if any(obstacle.contains(point) for obstacle in site.obstacles):
         raise InputError(
             "The sink lies on an obstacle.",
             "Move it, or take the obstacle out of the obstacle layer.",
             layer="Sinks",
-            feature=i,
+            feature=feature,
         )
     return _nearest(mesh, range(len(mesh.vertices)), xy)

@@ -92,6 +92,7 @@ class CandidateMesh(Tool):
             )
             reports.append(quality(mesh, site.polygon))
             found = mesh_layers(mesh, site.crs, site.source_crs)
+            found["edges"]["blocked"] = _blocked(found["edges"], site)
             for key, frames in parts.items():
                 frames.append(found[key].assign(site_id=site.site_id))
         return Result(
@@ -100,6 +101,12 @@ class CandidateMesh(Tool):
             numbers=_numbers(reports, edge_length),
             specification=to_json({"edge_length": edge_length, "direction": direction}),
         )
+
+
+def _blocked(edges: Any, site: Any) -> Any:
+    """Tell which edges run over an obstacle for more than a metre."""
+    lines = edges.geometry.to_crs(site.crs)
+    return lines.intersection(site.obstacle_union).length > 1.0
 
 
 def _joined(frames: list[Any]) -> Any:

@@ -226,6 +226,8 @@ def _given_mesh(request: Request, progress: FeedbackProgress) -> Callable[[Any],
         own = frame
         if "site_id" in frame.columns:
             own = frame[frame["site_id"].isna() | (frame["site_id"] == site.site_id)]
-        return mesh_from_edges(own.to_crs(site.crs))
+        return mesh_from_edges(
+            own.to_crs(site.crs), site_polygon=site.polygon, layer=request.name("MESH_EDGES")
+        )
 
     return of_site

@@ -102,6 +102,61 @@ def test_setup_says_what_another_system_lacks(tmp_path):
     assert not (tmp_path / "venv").exists()
 
 
+def stub(folder: Path, name: str, body: str) -> None:
+    """Put a program of our own in front of the system's."""
+    path = folder / name
+    path.write_text(f"#!/bin/sh\n{body}\n", encoding="utf-8")
+    path.chmod(0o755)
+
+
+def run_setup(tmp_path: Path, user: int) -> tuple[subprocess.CompletedProcess[str], str]:
+    """Run setup where two packages are missing and apt-get only notes what it is asked."""
+    tools, log = tmp_path / "bin", tmp_path / "apt.log"
+    tools.mkdir()
+    stub(tools, "apt-get", f'echo "$@" >> {log}; [ "$1" = update ] || exit 7')
+    stub(tools, "dpkg-query", 'case "$*" in *" qgis"|*xauth*) exit 1;; *) printf installed;; esac')
+    stub(tools, "id", f"echo {user}")
+    stub(tools, "sudo", f'echo sudo >> {log}; exec "$@"')
+    stub(tools, "grep", "exit 0")
+    if user == 1001:
+        (tools / "sudo").unlink()
+        for name in ("bash", "dirname", "basename", "sha256sum", "cut", "cat"):
+            (tools / name).symlink_to(str(shutil.which(name)))
+    path = str(tools) if user == 1001 else f"{tools}:{os.environ['PATH']}"
+    done = subprocess.run(
+        ["bash", str(ROOT / "scripts" / "setup")],
+        env={"PATH": path, "PLATWRIGHT_VENV": str(tmp_path / "venv")},
+        capture_output=True, text=True, timeout=60, check=False,
+    )  # fmt: skip
+    return done, log.read_text(encoding="utf-8") if log.exists() else ""
+
+
+@pytest.mark.skipif(not Path("/etc/os-release").is_file(), reason="no /etc/os-release")
+def test_setup_installs_only_what_is_missing(tmp_path):
+    done, log = run_setup(tmp_path, 0)
+    assert done.returncode == 7
+    asked = log.splitlines()
+    assert asked[0].startswith("update")
+    assert asked[1].split()[0] == "install"
+    assert "--no-install-recommends" in asked[1]
+    assert asked[1].split()[-2:] == ["qgis", "xauth"]
+    assert "sudo" not in log
+    assert not (tmp_path / "venv").exists()
+
+
+@pytest.mark.skipif(not Path("/etc/os-release").is_file(), reason="no /etc/os-release")
+@pytest.mark.parametrize("user", [1000, 1001])
+def test_setup_without_being_root(tmp_path, user):
+    done, log = run_setup(tmp_path, user)
+    if user == 1000:  # there is sudo
+        assert log.splitlines()[0] == "sudo"
+        assert "qgis xauth" in log
+    else:
+        assert done.returncode == 1
+        assert "Run as root: apt-get install --no-install-recommends qgis xauth" in done.stderr
+        assert not log
+
+
 def test_benchmark_names_its_choices():
     done = subprocess.run(
         [str(ROOT / "scripts" / "benchmark"), "nonsense"],

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import pty
 import re
+import select
 import shutil
 import signal
 import subprocess
@@ -109,7 +111,7 @@ def test_the_tools_are_listed_and_explained(qgis_process):
     assert "TOTAL_LENGTH" in said
 
 
-def test_without_any_package_the_tools_are_listed_and_say_what_is_missing(qgis_process):
+def test_without_any_package_the_tools_are_listed_and_say_what_is_missing(qgis_process, sample):
     bare = {"PLATWRIGHT_DEPS": "", "PYTHONNOUSERSITE": "1"}
     said = qgis_process("list", **bare)
     assert "platwright:designstreets" in said
@@ -118,7 +120,9 @@ def test_without_any_package_the_tools_are_listed_and_say_what_is_missing(qgis_p
     )
     if system.returncode == 0:
         pytest.skip("QGIS's own Python has the packages")
-    said = qgis_process(*tool("designstreets", INPUT="any.gpkg", STREETS="TEMPORARY_OUTPUT"), **bare)
+    said = qgis_process(
+        *tool("designstreets", INPUT=f"{sample}|layername=site", STREETS="TEMPORARY_OUTPUT"), **bare
+    )
     assert "Python packages that were not found" in said
     assert "geopandas" in said
 
@@ -222,26 +226,32 @@ def test_contradictions_are_told_before_the_run(qgis_process, sample):
 
 
 def interrupted(environment, words, cue, patience=60.0):
-    """Start a run, send SIGINT once `cue` is in what it says, and return all it said."""
-    log = Path(environment["XDG_RUNTIME_DIR"]) / "said.txt"
-    with log.open("w") as out:
-        process = subprocess.Popen(
-            [str(PROGRAM), *words], env=environment, stdout=out, stderr=subprocess.STDOUT
-        )
-        try:
-            began = time.monotonic()
-            while cue not in log.read_text(errors="replace"):
-                assert process.poll() is None, log.read_text()
-                assert time.monotonic() - began < patience, log.read_text()
-                time.sleep(0.05)
-            process.send_signal(signal.SIGINT)
-            sent = time.monotonic()
-            process.wait(timeout=30)
-        finally:
-            if process.poll() is None:
-                process.kill()
-                process.wait()
-    said = log.read_text(errors="replace")
+    """Start a run, send SIGINT once `cue` is in what it says; return all it said and seconds."""
+    # A terminal, since the program keeps its lines back from anything else.
+    ear, mouth = pty.openpty()
+    process = subprocess.Popen([str(PROGRAM), *words], env=environment, stdout=mouth, stderr=mouth)
+    os.close(mouth)
+    said, began, sent = "", time.monotonic(), None
+    try:
+        while process.poll() is None or select.select([ear], [], [], 0)[0]:
+            assert time.monotonic() - began < patience, said
+            if not select.select([ear], [], [], 0.2)[0]:
+                continue
+            try:
+                said += os.read(ear, 4096).decode(errors="replace")
+            except OSError:  # the other end is closed
+                break
+            if sent is None and cue in said:
+                process.send_signal(signal.SIGINT)
+                sent = time.monotonic()
+        process.wait(timeout=10)
+    finally:
+        os.close(ear)
+        if process.poll() is None:
+            process.kill()
+            process.wait()
+    assert sent is not None, said
+    assert process.returncode == 0, said
     assert "Traceback" not in said
     return said, time.monotonic() - sent
 
