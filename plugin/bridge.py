@@ -49,7 +49,8 @@ def _wkb(geometry: QgsGeometry) -> bytes | None:
     if geometry.isNull():
         return None
     if QgsWkbTypes.isCurvedType(geometry.wkbType()):
-        geometry.convertToStraightSegment()
+        # Not convertToStraightSegment, which leaves curve types without curves as they are.
+        geometry = QgsGeometry(geometry.constGet().segmentize())
     if QgsWkbTypes.hasM(geometry.wkbType()):
         geometry.get().dropMValue()
     return bytes(geometry.asWkb().data())

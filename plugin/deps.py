@@ -48,6 +48,7 @@ OPTIONAL = ("pyogrio", "ortools")
 
 _lock = threading.RLock()
 _loaded: set[str] = set()
+_proj_contexts: list[object] = []
 
 
 class DependencyError(Exception):
@@ -161,8 +162,26 @@ def _self_test() -> None:
         raise DependencyError(msg) from error
 
 
+def _keep_proj_context() -> None:
+    """Keep the PROJ context of this thread alive for as long as QGIS runs.
+
+    pyproj notes the context in the operating system's thread, but lets go of it with Python's
+    idea of the thread, which ends whenever a thread of QGIS has no Python left to run. The next
+    tool in the same thread would use what is gone, and QGIS would crash.
+    """
+    import pyproj
+    from pyproj import _context
+
+    pyproj.CRS.from_epsg(4326)  # makes the context, if this thread has none
+    manager = getattr(_context, "get_context_manager", lambda: None)()
+    if manager is not None and not any(manager is kept for kept in _proj_contexts):
+        _proj_contexts.append(manager)
+
+
 def load(packages: Iterable[str] = LAYERS) -> None:
     """Import `packages`, each bound to its own libraries, and try them out once.
+
+    To be called in every thread that uses them.
 
     Raises
     ------
@@ -191,3 +210,5 @@ def load(packages: Iterable[str] = LAYERS) -> None:
             _loaded.add(name)
             if name == "geopandas":
                 _self_test()
+        if "pyproj" in _loaded:
+            _keep_proj_context()

@@ -77,6 +77,12 @@ def file_of(destination: str) -> Path | None:
     return Path(path)
 
 
+def file_exists(destination: str | None) -> bool:
+    """Tell whether a destination is a file that is there; temporary layers have none."""
+    path = file_of(destination) if destination else None
+    return path is not None and path.is_file()
+
+
 def check_destinations(request: Request, keys: Iterable[str], inputs: Iterable[str]) -> None:
     """Raise `InputError` where an output cannot be written, or would destroy an input.
 

@@ -10,13 +10,14 @@ from qgis.core import (
     QgsCategorizedSymbolRenderer,
     QgsFeatureRenderer,
     QgsFillSymbol,
+    QgsGraduatedSymbolRenderer,
     QgsLineSymbol,
     QgsMarkerSymbol,
     QgsProcessingContext,
     QgsProcessingFeedback,
     QgsProcessingLayerPostProcessorInterface,
     QgsRendererCategory,
-    QgsRuleBasedRenderer,
+    QgsRendererRange,
     QgsSingleSymbolRenderer,
     QgsSymbol,
     QgsVectorLayer,
@@ -59,14 +60,6 @@ def _marker(name: str, colour: str, size: float, outline: str = "#ffffff") -> Qg
     )
 
 
-def _by_rules(rules: Sequence[tuple[str, str, QgsSymbol]]) -> QgsFeatureRenderer:
-    """Return a renderer of (label, expression, symbol); later rules are drawn on top."""
-    root = QgsRuleBasedRenderer.Rule(None)
-    for label, expression, symbol in rules:
-        root.appendChild(QgsRuleBasedRenderer.Rule(symbol, 0, 0, expression, label))
-    return QgsRuleBasedRenderer(root)
-
-
 def _by_value(field: str, entries: Sequence[tuple[Any, str, QgsSymbol]]) -> QgsFeatureRenderer:
     categories = [QgsRendererCategory(value, symbol, label) for value, label, symbol in entries]
     return QgsCategorizedSymbolRenderer(field, categories)
@@ -97,19 +90,19 @@ def _blocks() -> QgsFeatureRenderer:
         ("80 to 110 m", 80, 110, "#c2dbc6"),
         ("110 m and more", 110, 1e9, "#a6c8cc"),
     )
-    return _by_rules(
-        [
-            (f"width {label}", f'"width_m" >= {low} AND "width_m" < {high}', _fill(colour, GREY))
-            for label, low, high, colour in shades
-        ],
-    )
+    ranges = [
+        QgsRendererRange(low, high, _fill(colour, GREY), f"width {label}")
+        for label, low, high, colour in shades
+    ]
+    return QgsGraduatedSymbolRenderer("width_m", ranges)
 
 
 def _junctions() -> QgsFeatureRenderer:
-    return _by_rules(
+    return _by_value(
+        'coalesce("is_sink", false)',
         [
-            ("street junction", 'NOT coalesce("is_sink", false)', _marker("circle", INK, 1.2)),
-            ("way out of the site", '"is_sink" = true', _marker("circle", "#2f6f73", 2.2)),
+            (False, "street junction", _marker("circle", INK, 1.2)),
+            (True, "way out of the site", _marker("circle", "#2f6f73", 2.2)),
         ],
     )
 
@@ -138,14 +131,11 @@ def _vertices() -> QgsFeatureRenderer:
 
 
 def _edges() -> QgsFeatureRenderer:
-    return _by_rules(
+    return _by_value(
+        "if(\"blocked\" OR \"foreign\", 'barred', 'open')",
         [
-            ("may become a street", "ELSE", _line(GREY, 0.15)),
-            (
-                "crosses an obstacle or foreign ground",
-                '"blocked" OR "foreign"',
-                _line("#c8442c", 0.15, "dot"),
-            ),
+            ("open", "may become a street", _line(GREY, 0.15)),
+            ("barred", "crosses an obstacle or foreign ground", _line("#c8442c", 0.2, "dot")),
         ],
     )
 

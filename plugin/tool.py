@@ -25,11 +25,11 @@ from qgis.core import (
 from qgis.PyQt.QtGui import QIcon
 
 from ..algorithms.errors import CancelledError, PlatwrightError
-from . import bridge, deps, parameters
+from . import bridge, deps, parameters, rescue
 from .fields import LayerKind
 from .help import GROUPS, About, help_html
 from .icons import icon_path
-from .outputs import Result, Writer, check_destinations
+from .outputs import Result, Writer, check_destinations, file_exists
 from .progress import FeedbackProgress
 from .request import Request
 
@@ -158,6 +158,8 @@ class Tool(QgsProcessingAlgorithm):
                     raise CancelledError
                 progress.stage("Writing layers", 0.95)
                 outputs = Writer(request, self.layers).write(result)
+                if progress.cancelled() and rescue.needed():
+                    self._tell_where(outputs, context, progress)
         except (CancelledError, bridge.CancelledWhileReadingError):
             progress.warn("Cancelled before there was anything to keep; no layer was written.")
             return {}
@@ -165,6 +167,15 @@ class Tool(QgsProcessingAlgorithm):
             if outputs.get(key) is not None:
                 progress.info(f"{text}: {outputs[key]:g}")
         return outputs
+
+    def _tell_where(
+        self, outputs: dict[str, Any], context: QgsProcessingContext, progress: FeedbackProgress
+    ) -> None:
+        """Say where the layers of a cancelled run are, since QGIS does not load them."""
+        kept = rescue.save(outputs, self.layers, context)
+        files = [str(outputs[key]) for key in self.layers if file_exists(outputs.get(key))]
+        places = ", ".join([*files, *([str(kept)] if kept else [])])
+        progress.warn(f"QGIS loads no layers of a cancelled run. They are kept in: {places}")
 
     def _check(self, request: Request) -> None:
         sources = [

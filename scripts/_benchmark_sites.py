@@ -9,7 +9,7 @@ from pathlib import Path
 import geopandas as gpd
 import pyogrio
 from platwright.errors import PlatwrightError
-from platwright.measure import measure_plan
+from platwright.measure import measure_plan, validate_network
 from platwright.network.specification import Specification
 from platwright.site import prepare_sites, site_layers
 from platwright.streets import StreetPlan, design_streets, plan_layers
@@ -30,7 +30,10 @@ PROTOTYPE = {
     "12": (11, 3, 7, 8, "3/9", 23, 58, 0.52, 0.26, 156),
     "he": (6.2, 3, 1, 5, "2/2", 16, 67, 0.50, 0.31, 148),
 }
-HEAD = "site  s  gap  bends  T  X  continued  blocks  width  good  thin  longest  m/ha  uncovered"
+HEAD = (
+    "site  s  gap  bends  T  X  continued  blocks  width  good  thin  longest  m/ha  "
+    "uncovered  errors"
+)
 
 
 def main() -> None:
@@ -80,15 +83,25 @@ def _one(key: str, file: Path, spec: Specification) -> tuple[StreetPlan, gpd.Geo
         block_width=spec.block_width,
         obstacles=ground["site_obstacles"],
     )
+    report = validate_network(
+        layers["streets"],
+        site=ground["site"],
+        obstacles=ground["site_obstacles"],
+        sinks=None if spec.sink_mode == "streets" else layers["junctions"].query("is_sink"),
+        dead_ends=spec.dead_ends,
+    )
+    wrong = report.problems[report.problems["severity"] == "error"]
     continued = sum(p.continued for p in plan.plans)
     lost = sum(len(p.uncovered) for p in plan.plans)
     print(
         f"{key} {seconds:5.1f} {plan.numbers['ACHIEVED_GAP']:4.0%} {m.bends:3d} "
         f"{m.t_junctions:3d} {m.crossings:3d} {continued:3d}/{len(own):<3d} {m.blocks:4d} "
         f"{m.block_width:6.0f} {m.share_wide_enough:5.2f} {m.share_too_thin:5.2f} "
-        f"{m.block_length:6.0f} {m.length_per_hectare:5.0f} {lost:3d}",
+        f"{m.block_length:6.0f} {m.length_per_hectare:5.0f} {lost:3d} {len(wrong):3d}",
         flush=True,
     )
+    for text in wrong["text"]:
+        print(f"  error: {text}")
     if key in PROTOTYPE:
         p = PROTOTYPE[key]
         print(
@@ -117,7 +130,7 @@ def _draw(
     plt.savefig(picture, dpi=60, bbox_inches="tight")
 
 
-def _draw_site(axis, own, roads: gpd.GeoDataFrame, width: float) -> None:  # noqa: ANN001
+def _draw_site(axis, own, roads: gpd.GeoDataFrame, width: float) -> None:
     """Draw the plan of one site."""
     tints = ((0.62, "#fde0dd"), (0.76, "#fff7d6"), (1.11, "#e6f4d8"), (9e9, "#dcecf7"))
     for block in own.blocks:

@@ -33,7 +33,9 @@ use_profile() {
     PLATWRIGHT_DEPS=$(site_packages)
     export PLATWRIGHT_DEPS
     unset PYTHONPATH
-    quiet "$(qgis_program)" plugins enable platwright
+    # It fails where the plugin is enabled already, as on every second run.
+    grep -qs '^platwright=true' "$profile"/config/profiles/default/QGIS/QGIS3.ini ||
+        quiet "$(qgis_program)" plugins enable platwright
 }
 
 # quiet COMMAND...: run it and show what it said only if it fails.

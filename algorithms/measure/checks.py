@@ -120,7 +120,7 @@ def zigzag_problems(streets: StreetLayer, chains: list[Chain], edge_length: floa
             line,
             streets.names_of(chain.edges),
         )
-        for chain, line in zigzags(streets.graph, chains, streets.designed, edge_length)
+        for chain, line in zigzags(chains, edge_length)
     ]
 
 

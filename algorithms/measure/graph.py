@@ -265,43 +265,49 @@ def _cut_at_vertices(
     doubled = shapely.length(shared) > 2 * tolerance
     for i, j, stretch in zip(first[doubled], second[doubled], shared[doubled]):
         overlaps.append((int(i), int(j), stretch))
-    first, second = first[~doubled], second[~doubled]
-    meeting = shapely.intersection(lines[first], lines[second])
-    for i, j, at in zip(first.tolist(), second.tolist(), meeting):
-        for part in shapely.get_parts(at):
-            if part.is_empty:  # they touch within rounding only
-                continue
-            point = part if isinstance(part, Point) else part.centroid
-            if _cut_both(pieces, cuts, i, j, point, tolerance):
-                continue
+    at, index = shapely.get_parts(
+        shapely.intersection(lines[first[~doubled]], lines[second[~doubled]]), return_index=True
+    )
+    points = shapely.centroid(at)
+    some = ~shapely.is_empty(points)  # lines may touch within rounding only
+    points = points[some]
+    first, second = first[~doubled][index[some]], second[~doubled][index[some]]
+    places = _places(lines, first, second, points)
+    size = shapely.length(lines).tolist()
+    for i, j, point, (a, b, gap) in zip(first.tolist(), second.tolist(), points, places.tolist()):
+        joined = _marked(size[i], cuts[i], a, tolerance) and _marked(size[j], cuts[j], b, tolerance)
+        if not joined and gap <= tolerance:
+            cuts[i].append(a)
+            cuts[j].append(b)
+        elif not joined:
             crossings.append((i, j, point))
     return crossings, overlaps
 
 
-def _cut_both(
-    pieces: list[LineString],
-    cuts: list[list[float]],
-    i: int,
-    j: int,
-    point: Point,
-    tolerance: float,
-) -> bool:
-    """Cut two lines at a place where both have an end, a cut or a vertex; tell whether so."""
-    a, b = pieces[i], pieces[j]
-    where = float(a.project(point)), float(b.project(point))
-    if _marked(a, cuts[i], where[0], tolerance) and _marked(b, cuts[j], where[1], tolerance):
-        return True
-    near = (float(shapely.distance(shapely.MultiPoint(x.coords), point)) for x in (a, b))
-    if max(near) > tolerance:
-        return False
-    cuts[i].append(where[0])
-    cuts[j].append(where[1])
-    return True
+def _places(
+    lines: npt.NDArray[np.object_],
+    first: IntArray,
+    second: IntArray,
+    points: npt.NDArray[np.object_],
+) -> FloatArray:
+    """Where points lie on pairs of lines, and how far they are from vertices of both.
+
+    Returns
+    -------
+    array
+        Shape (k, 3). Distance along the first and along the second line; the larger of the
+        distances to the nearest vertex of each; metres.
+    """
+    xy, index = shapely.get_coordinates(lines, return_index=True)
+    vertices = shapely.multipoints(shapely.points(xy), indices=index)
+    gaps = [shapely.distance(vertices[side], points) for side in (first, second)]
+    along = [shapely.line_locate_point(lines[side], points) for side in (first, second)]
+    return np.column_stack([*along, np.maximum(*gaps)])
 
 
-def _marked(line: LineString, cuts: Iterable[float], where: float, tolerance: float) -> bool:
+def _marked(length: float, cuts: Iterable[float], where: float, tolerance: float) -> bool:
     """Tell whether a place on a line is one of its ends or cuts, nearly."""
-    return any(abs(where - cut) <= 2 * tolerance for cut in (0.0, line.length, *cuts))
+    return any(abs(where - cut) <= 2 * tolerance for cut in (0.0, length, *cuts))
 
 
 def _split(line: LineString, cuts: list[float], tolerance: float) -> list[LineString]:

@@ -11,7 +11,7 @@ from shapely.geometry import Polygon
 
 from .graph import FloatArray, chains
 from .layers import StreetLayer, read_streets, read_union
-from .turns import bends
+from .turns import bends, leaving
 
 #: A block is as wide as asked between these shares of the asked width (55-80 m at 72 m).
 WIDTH_BAND = (0.76, 1.11)
@@ -225,7 +225,8 @@ def _continued(
     graph = streets.graph
     use = np.flatnonzero(streets.designed)
     starts = graph.nodes[graph.ends[use].ravel()]
-    away = np.array([_leaving(graph.lines[e], k) for e in use.tolist() for k in (0, 1)])
+    away = leaving([graph.lines[e] for e in use.tolist()], 10.0).reshape(-1, 2)
+    away /= np.maximum(np.hypot(*away.T), 1e-9)[:, None]
     continued = 0
     for point in range(len(rows)):
         at = shapely.get_coordinates(rows.geometry.iloc[point])[0]
@@ -236,15 +237,6 @@ def _continued(
             near &= away @ wish > np.cos(np.radians(CONTINUES))
         continued += bool(near.any())
     return continued, len(rows)
-
-
-def _leaving(line: shapely.LineString, side: int) -> FloatArray:
-    """Give the unit vector in which a line leaves its start (0) or its end (1), over 10 m."""
-    far = min(10.0, line.length)
-    a = line.coords[-side]
-    b = line.interpolate(line.length - far if side else far)
-    step = np.array([b.x - a[0], b.y - a[1]])
-    return step / (np.hypot(*step) or 1.0)
 
 
 def _median(values: FloatArray) -> float:

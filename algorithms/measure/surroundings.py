@@ -16,6 +16,8 @@ from .problems import Problem
 
 #: A street may graze an obstacle or leave the site over this length (metres).
 GRAZE = 1.0
+#: Half the width of the ground that belongs to an existing street (metres).
+RIGHT_OF_WAY = 15.0
 #: Narrowest and widest distance of the sample points of the coverage check (metres).
 SAMPLE_RANGE = (2.0, 20.0)
 
@@ -141,14 +143,21 @@ def inside_obstacles(streets: StreetLayer, around: Surroundings) -> list[Problem
 
 
 def outside_site(streets: StreetLayer, around: Surroundings) -> list[Problem]:
-    """List streets that leave the site by more than a metre; connectors may."""
+    """List streets that leave the site by more than a metre.
+
+    Connectors may, and ground within `RIGHT_OF_WAY` of an existing street is no foreign
+    ground: parcels are often drawn with slots for the streets that end among them.
+    """
     if around.site.is_empty:
         return []
+    existing = [line for line, own in zip(streets.graph.lines, streets.designed) if not own]
+    ways = shapely.union_all(existing).buffer(RIGHT_OF_WAY)
+    ground = shapely.union(around.site.buffer(GRAZE), ways)
     return [
         Problem(
             "outside", f"Street {name} runs {part.length:.0f} m outside the site.", part, (name,)
         )
-        for name, part in _parts(streets, streets.designed, around.site.buffer(GRAZE), inside=False)
+        for name, part in _parts(streets, streets.designed, ground, inside=False)
         if part.length > 0.01
     ]
 

@@ -11,7 +11,7 @@ import shapely
 from shapely.geometry import LineString, Point
 from shapely.ops import substring
 
-from .graph import BoolArray, Chain, FloatArray, StreetGraph
+from .graph import Chain, FloatArray
 
 #: A turn of a zigzag is sharper than this (degrees; CND section 4.3 has right angles).
 SHARP = 45.0
@@ -92,21 +92,15 @@ def bends(chains: Sequence[Chain], least: float, window: float) -> list[Point]:
     ]
 
 
-def zigzags(
-    graph: StreetGraph, chains: Sequence[Chain], use: BoolArray, edge_length: float
-) -> list[tuple[Chain, LineString]]:
+def zigzags(chains: Sequence[Chain], edge_length: float) -> list[tuple[Chain, LineString]]:
     """Find stretches between two opposite sharp turns (CND section 4.3).
 
     The turns may be bends or, at a junction, ways on into another street.
 
     Parameters
     ----------
-    graph
-        The streets.
     chains
-        Streets between junctions.
-    use
-        Shape (e,). Edges that count; existing streets do not.
+        Streets between junctions; streets that are not among them do not count.
     edge_length
         The turns lie at most 1.5 times this apart, in metres.
 
@@ -115,18 +109,20 @@ def zigzags(
     list
         The chain and the stretch, one for each chain at most.
     """
-    incident = graph.incident()
-    look = 0.4 * edge_length
+    away = leaving([chain.line for chain in chains], 0.4 * edge_length).tolist()
+    ends: dict[int, list[tuple[int, int]]] = {}
+    for k, chain in enumerate(chains):
+        for side in (0, 1):
+            ends.setdefault(chain.ends[side], []).append((k, side))
     found = []
-    for chain in chains:
+    for k, chain in enumerate(chains):
         inner = [t for t in turns(chain.line, 0.5 * edge_length) if abs(t.angle) > SHARP]
-        start = _turns_off(graph, incident, use, chain, at_end=False, look=look)
-        end = _turns_off(graph, incident, use, chain, at_end=True, look=look)
-        stations = [(0.0, start)] if start else []
+        first, last = (_turns_off(away, ends[chain.ends[side]], k, side) for side in (0, 1))
+        stations = [(0.0, first)] if first else []
         stations += [(t.at, {1 if t.angle > 0 else -1}) for t in inner]
-        stations += [(chain.line.length, end)] if end else []
-        for (a, first), (b, second) in zip(stations, stations[1:]):
-            if b - a <= 1.5 * edge_length and any(-sign in second for sign in first):
+        stations += [(chain.line.length, last)] if last else []
+        for (a, before), (b, after) in zip(stations, stations[1:]):
+            if b - a <= 1.5 * edge_length and any(-sign in after for sign in before):
                 found.append((chain, substring(chain.line, a, b)))
                 break
     return found
@@ -160,8 +156,10 @@ def too_close(chains: Sequence[Chain], edge_length: float) -> list[tuple[Chain, 
     order = np.lexsort((at[one], owner[other], owner[one]))
     one, other = one[order], other[order]
     i, j, places = owner[one], owner[other], at[one]
-    # A run ends where the pair of chains changes or the stretch has a gap.
-    fresh = (np.diff(i) != 0) | (np.diff(j) != 0) | (np.diff(places) > 1.6 * step)
+    # A run ends where the pair of chains changes, the stretch has a gap or turns sharply.
+    heading = _directions(pieces)[one]
+    bend = (heading[1:] * heading[:-1]).sum(axis=1) < math.cos(math.radians(SHARP))
+    fresh = (np.diff(i) != 0) | (np.diff(j) != 0) | (np.diff(places) > 1.6 * step) | bend
     found = []
     for run in np.split(np.arange(len(one)), np.flatnonzero(fresh) + 1):
         if not len(run):
@@ -174,45 +172,53 @@ def too_close(chains: Sequence[Chain], edge_length: float) -> list[tuple[Chain, 
     return found
 
 
+def leaving(lines: Sequence[LineString], look: float) -> FloatArray:
+    """Find the directions in which lines leave their two ends.
+
+    Parameters
+    ----------
+    lines
+        The k lines, metres.
+    look
+        Over which distance the direction is taken, metres.
+
+    Returns
+    -------
+    array
+        Shape (k, 2, 2). Vectors from the start and from the end, up to `look` long.
+    """
+    shapes = np.array(lines, dtype=object)
+    if not len(shapes):
+        return np.zeros((0, 2, 2))
+    size = shapely.length(shapes)
+    far = np.minimum(look, size)
+    stations = np.stack([np.zeros_like(size), far, size, size - far])
+    xy = shapely.get_coordinates(shapely.line_interpolate_point(shapes, stations))
+    start, onward, end, back = xy.reshape(4, -1, 2)
+    return np.stack([onward - start, back - end], axis=1)
+
+
 def _turns_off(
-    graph: StreetGraph,
-    incident: list[list[int]],
-    use: BoolArray,
-    chain: Chain,
-    *,
-    at_end: bool,
-    look: float,
+    away: list[list[list[float]]], ends: list[tuple[int, int]], chain: int, side: int
 ) -> set[int]:
     """Signs of the sharp turns between a chain and the other streets at one of its ends.
 
     The sign is that of the turn met on the way along the chain: from another street into
     its start, or from its end into another street; 1 to the left, -1 to the right.
     """
-    node = chain.ends[1 if at_end else 0]
-    own = chain.edges[-1 if at_end else 0]
-    along = _leaving(chain.line, look, backwards=at_end)
+    ax, ay = away[chain][side]
     signs = set()
-    for e in incident[node]:
-        if e == own or not use[e]:
+    for other, end in ends:
+        if (other, end) == (chain, side):
             continue
-        backwards = int(graph.ends[e, 0]) != node
-        away = _leaving(graph.lines[e], look, backwards=backwards)
-        # On the way, one of the two is walked towards the node.
-        before, after = (-along, away) if at_end else (-away, along)
-        turn = math.degrees(
-            math.atan2(before[0] * after[1] - before[1] * after[0], float((before * after).sum()))
-        )
+        bx, by = away[other][end]
+        # Walked towards the node along one, away from it along the other.
+        turn = math.degrees(math.atan2(ay * bx - ax * by, -(ax * bx + ay * by)))
+        if side == 0:
+            turn = -turn
         if abs(turn) > SHARP:
             signs.add(1 if turn > 0 else -1)
     return signs
-
-
-def _leaving(line: LineString, look: float, *, backwards: bool) -> FloatArray:
-    """Direction in which a line leaves its start (or its end) over a distance."""
-    far = min(look, line.length)
-    a = line.coords[-1 if backwards else 0]
-    b = line.interpolate(line.length - far if backwards else far)
-    return np.array([b.x - a[0], b.y - a[1]])
 
 
 def _sample(lines: Sequence[LineString], step: float) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -239,11 +245,16 @@ def _sample(lines: Sequence[LineString], step: float) -> tuple[FloatArray, Float
     return np.concatenate(pieces), np.concatenate(owner), np.concatenate(at)
 
 
+def _directions(pieces: FloatArray) -> FloatArray:
+    """Give unit vectors along straight pieces, shape (k, 2)."""
+    step = pieces[:, 1] - pieces[:, 0]
+    return np.asarray(step / np.maximum(np.hypot(*step.T), 1e-12)[:, None])
+
+
 def _alongside(pieces: FloatArray, distance: float) -> tuple[FloatArray, FloatArray]:
     """Pairs of pieces that are near, have nearly one direction and lie side by side."""
     middles = pieces.mean(axis=1)
-    step = pieces[:, 1] - pieces[:, 0]
-    direction = step / np.maximum(np.hypot(*step.T), 1e-12)[:, None]
+    direction = _directions(pieces)
     tree = shapely.STRtree(shapely.points(middles))
     one, other = tree.query(shapely.points(middles), predicate="dwithin", distance=distance)
     one, other = one[one != other], other[one != other]

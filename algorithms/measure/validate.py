@@ -9,7 +9,8 @@ import geopandas as gpd
 import numpy as np
 import shapely
 
-from ..errors import InputError
+from ..errors import CancelledError, InputError
+from ..progress import Progress
 from .checks import (
     dead_ends,
     geometry_faults,
@@ -60,6 +61,7 @@ def validate_network(
     min_length: float = 0.0,
     snap_distance: float = 30.0,
     street_layer: str = "Streets",
+    progress: Progress | None = None,
 ) -> ValidationReport:
     """Check a street network against a site and rules (CND section 4).
 
@@ -101,9 +103,13 @@ def validate_network(
         The edge of the site lies on a boundary street that is at most this far, in metres.
     street_layer
         Name of the layer, for messages.
+    progress
+        Told of the stages; may cancel between them.
 
     Raises
     ------
+    CancelledError
+        If `progress` asks to stop.
     InputError
         If a layer has no CRS, the streets are no lines, or a number is out of range.
 
@@ -118,32 +124,33 @@ def validate_network(
     (['dead end'], 1)
     """
     _positive(edge_length=edge_length, coverage_m=coverage_m, snap_distance=snap_distance)
+    frames = (
+        ("site", site, "Site"),
+        ("boundary_streets", boundary_streets, "Boundary streets"),
+        ("obstacles", obstacles, "Obstacles"),
+        ("required", required, "Required streets"),
+        ("forbidden", forbidden, "Forbidden streets"),
+    )
+    stages = _Stages(progress)
+    stages.enter("Joining the streets", 0.0)
     layer = read_streets(streets, street_layer)
+    stages.enter("Reading the surroundings", 0.3)
     around = Surroundings(
-        site=read_union(site, layer.crs, "Site"),
-        boundary_streets=read_union(boundary_streets, layer.crs, "Boundary streets"),
-        obstacles=read_union(obstacles, layer.crs, "Obstacles"),
-        required=read_union(required, layer.crs, "Required streets"),
-        forbidden=read_union(forbidden, layer.crs, "Forbidden streets"),
+        **{name: read_union(given, layer.crs, title) for name, given, title in frames},
         snap_distance=snap_distance,
     )
     exits = _exits(layer, around, sinks, edge_length)
-    weights = {
-        "dead end": dead_ends,
-        "zigzag": zigzags,
-        "too close": too_close,
-        "t-junction": t_junctions,
-        "branch": branches,
-        "lollipop": lollipops,
-        "short": 1.0,
-    }
+    stages.enter("Checking the local rules", 0.4)
     found = _local_problems(layer, exits, edge_length, min_length)
     known = sinks is not None or around.has_exits or bool(exits.any())
     problems = geometry_faults(layer) + islands(layer, exits, known=known)
-    for kind, listed in found.items():
-        problems += weighted(listed, weights[kind])
+    weights = (dead_ends, zigzags, too_close, t_junctions, branches, lollipops, 1.0)
+    for listed, weight in zip(found.values(), weights):
+        problems += weighted(listed, weight)
+    stages.enter("Checking against the site", 0.7)
     place, uncovered = _place_problems(layer, around, edge_length, coverage_m)
     problems += place
+    stages.enter("Measuring distances", 0.9)
     distance = distances_to_sinks(layer.graph, exits)
     problems += recorded_distances(layer, exits, distance)
     numbers = {_key(kind): float(len(listed)) for kind, listed in found.items()}
@@ -154,10 +161,24 @@ def validate_network(
     return report
 
 
+class _Stages:
+    """Tells the caller of stages and stops where the caller has cancelled."""
+
+    def __init__(self, progress: Progress | None) -> None:
+        self.progress = progress
+
+    def enter(self, text: str, fraction: float) -> None:
+        if self.progress is None:
+            return
+        if self.progress.cancelled():
+            raise CancelledError("Cancelled before the check of the streets was finished.")
+        self.progress.stage(text, fraction)
+
+
 def _local_problems(
     layer: StreetLayer, sinks: BoolArray, edge_length: float, min_length: float
 ) -> dict[str, list[Problem]]:
-    """Every violation of the local rules by kind, whatever their weights."""
+    """Every violation of the local rules by kind, in the order of their weights."""
     chains = layer.designed_chains(sinks)
     return {
         "dead end": dead_ends(layer, sinks),

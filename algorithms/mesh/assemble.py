@@ -37,7 +37,7 @@ def assemble(
     vertices = np.vstack([p.vertices for p in parts])
     first = np.concatenate([[0], np.cumsum([len(p.vertices) for p in parts])])
     faces = np.vstack([p.draft.faces + k for p, k in zip(parts, first)])
-    fixed = np.concatenate([p.held for p in parts])
+    fixed = np.concatenate([p.draft.station >= 0 for p in parts])
     lines: dict[tuple[int, int], FloatArray] = {}
     attracted: dict[int, int] = {}
     for part, k in zip(parts, first.tolist()):

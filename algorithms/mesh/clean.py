@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,9 @@ from .quadmesh import FloatArray
 
 LEAST_PART = 0.8
 """Area under which a part of a site is dropped, in squares of the edge length."""
+PLAIN_PART = 1.5
+"""Area up to which a part must be nearly rectangular, in squares of the edge length."""
+RECTANGULAR = 0.8
 LEAST_HOLE = 0.3
 LEAST_TIP = 0.03
 LARGEST_TIP = 0.6
@@ -68,20 +72,33 @@ def clean_site(
     """
     source = site if holes else Polygon(site.exterior)
     radius = ratio * h
-    options = {"join_style": "mitre", "mitre_limit": 3.0}
-    closed = source.buffer(radius, **options).buffer(-radius, **options)
-    opened = closed.buffer(-radius, **options).buffer(radius, **options)
+    options: dict[str, str | float] = {"join_style": "mitre", "mitre_limit": 3.0}
+    closed = _buffers(source, (radius, -radius), **options)
+    opened = _buffers(closed, (-radius, radius), **options)
     held = [p for p in polygons_of(closed.difference(opened)) if _holds(p, keep, h)]
     shape = shapely.union_all([opened, *held]).simplify(min(h / 100, 0.5))
     shape = _without_tips(shape, h, keep)
     parts = []
     for part in polygons_of(shape):
-        if part.area < LEAST_PART * h * h:
+        if not _worth_a_mesh(part, h):
             continue
         large = [ring for ring in part.interiors if Polygon(ring).area > LEAST_HOLE * h * h]
         parts.append(orient(Polygon(part.exterior, large), 1.0))
     union = shapely.union_all(parts)
     return CleanSite(tuple(parts), float(union.symmetric_difference(source).area / source.area))
+
+
+def _buffers(
+    shape: shapely.Geometry, distances: Sequence[float], **style: str | float
+) -> shapely.Geometry:
+    """Buffer a shape several times over.
+
+    Mitres of nearly straight corners divide by zero inside the library, which is harmless.
+    """
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        for distance in distances:
+            shape = shapely.buffer(shape, distance, **style)
+    return shape
 
 
 def _without_tips(shape: shapely.Geometry, h: float, keep: FloatArray) -> shapely.Geometry:
@@ -92,13 +109,13 @@ def _without_tips(shape: shapely.Geometry, h: float, keep: FloatArray) -> shapel
     what is left in two. Tips with a point that must be kept stay.
     """
     radius = TIP_WIDTH * h / 2
-    mitre = {"join_style": "mitre", "mitre_limit": MITRE}
-    opened = shape.buffer(-radius, **mitre).buffer(radius, **mitre)
+    mitre: dict[str, str | float] = {"join_style": "mitre", "mitre_limit": MITRE}
+    opened = _buffers(shape, (-radius, radius), **mitre)
     tips = []
     for piece in polygons_of(shape.difference(opened)):
         if not LEAST_TIP * h * h <= piece.area <= LARGEST_TIP * h * h:
             continue
-        border = shapely.line_merge(piece.boundary.intersection(opened.buffer(0.01 * h)))
+        border = shapely.line_merge(piece.boundary.intersection(_buffers(opened, (0.01 * h,))))
         if (
             not _holds(piece, keep, h)
             and len(shapely.get_parts(border)) <= 1 + piece.boundary.is_closed
@@ -106,8 +123,16 @@ def _without_tips(shape: shapely.Geometry, h: float, keep: FloatArray) -> shapel
             tips.append(piece)
     if not tips:
         return shape
-    cut = shape.difference(shapely.union_all(tips)).buffer(-1e-3 * h, **mitre)
-    return cut.buffer(1e-3 * h, **mitre)
+    cut = shape.difference(shapely.union_all(tips))
+    return _buffers(cut, (-1e-3 * h, 1e-3 * h), **mitre)
+
+
+def _worth_a_mesh(part: Polygon, h: float) -> bool:
+    """Tell whether a part is large enough, or small and nearly rectangular."""
+    if part.area < LEAST_PART * h * h:
+        return False
+    box = float(part.minimum_rotated_rectangle.area)
+    return bool(part.area >= PLAIN_PART * h * h or part.area > RECTANGULAR * box)
 
 
 def _holds(piece: Polygon, keep: FloatArray, h: float) -> bool:

@@ -21,9 +21,10 @@ LEVELS = ((1 / 6, True), (1 / 4, True), (0.4, True), (1 / 4, False), (0.4, False
 """Ratio of cleaning and whether holes are kept, tried until a mesh is good enough."""
 ENOUGH = 2.0
 DOUBTFUL = 3.0
+BAD = 4.0
 COST_MOVED = 6.0
 COST_FILLED = 0.5
-SMALL = 100
+SMALL = 130
 """Number of quads up to which two levels of cleaning are worth a long search."""
 
 
@@ -195,7 +196,7 @@ def _best_attempt(
     best = _improved(attempts[0], h, fixed, guide, progress)
     small = sum(len(mesh.draft.faces) for mesh in best.parts) <= SMALL
     others = [a for a in attempts[1:] if a.parts[0] is not attempts[0].parts[0]]
-    if others and (small or best.score > DOUBTFUL):
+    if others and (small or best.score > BAD):
         second = _improved(others[0], h, fixed, guide, progress)
         best = second if second.score < best.score else best
     return best

@@ -38,6 +38,7 @@ GUIDED_WEIGHTS = (
     (0.5, 0.01), (0.2, 0.01),
 )  # fmt: skip
 MOST_LABELS = 6
+FEW_LABELS = 3
 CHANGE_ROUNDS = 3
 MOST_CHANGES = 8
 MANY = 150
@@ -131,7 +132,7 @@ def mesh_part(
     best: PartMesh | None = None
     for tried, labels in enumerate(_label_variants(tables, guide)):
         check_cancelled(progress)
-        if tried >= MOST_LABELS or (best is not None and best.score < GOOD):
+        if tried >= MOST_LABELS or (best is not None and _settled(best, tried)):
             break
         best = _better(best, rings, stations, labels, h, part.area, guide)
     if best is None:
@@ -140,6 +141,12 @@ def mesh_part(
     _pin(best, points, h)
     refine(best, h, part.area, guide)
     return best
+
+
+def _settled(best: PartMesh, tried: int) -> bool:
+    """Tell whether a mesh is good, or large and so poor that more labels are no use."""
+    hopeless = tried >= FEW_LABELS and best.score > ROWS_FROM and len(best.draft.faces) > 100
+    return best.score < GOOD or hopeless
 
 
 def improve(

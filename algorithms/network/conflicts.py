@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -44,7 +45,8 @@ def relaxations(problem: NetworkProblem) -> dict[str, NetworkProblem]:
         found[text] = dataclasses.replace(problem, cover_penalty=SOFT)
     for name, text in RULES.items():
         if math.isinf(getattr(problem, name)):
-            found[text] = dataclasses.replace(problem, **{name: 0.0})
+            allowed: dict[str, Any] = {name: 0.0}
+            found[text] = dataclasses.replace(problem, **allowed)
     if problem.required.any():
         found["required streets"] = dataclasses.replace(
             problem, required=np.zeros_like(problem.required)

@@ -108,7 +108,8 @@ def add_distances(network: CpNetwork, limit: Optional[float] = None) -> None:
     for e, x in network.edge.items():
         labels.link(*index.ends[e], float(problem.length[e]), x)
     for e in np.flatnonzero(problem.existing).tolist():
-        labels.link(*index.ends[e], float(problem.length[e]), None)
+        u, v = index.ends[e]
+        labels.link(u, v, float(problem.length[e]), None)
     labels.finish()
 
 

@@ -36,6 +36,18 @@ def whole_scale(values: Iterable[float], finest: int = FINEST) -> int:
     return finest
 
 
+def cost_grain(index: Structure) -> int:
+    """Return a number of which every objective is a whole multiple of 1 / it, or 0."""
+    problem = index.problem
+    costs = [index.cost[e] for e in index.edges] + [term.weight for term in index.terms]
+    costs += [problem.cover_penalty, index.fixed]
+    if index.with_distance:
+        used = problem.candidate | problem.existing
+        costs += (problem.weight_distance * problem.length[used]).tolist()
+    scale = whole_scale(costs)
+    return scale if scale < FINEST else 0
+
+
 def whole(value: float, scale: int) -> int:
     """Round a cost down to a whole number of 1/scale, so that bounds stay bounds."""
     return math.floor(value * scale + 1e-6)

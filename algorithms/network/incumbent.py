@@ -13,7 +13,7 @@ from .evaluate import Evaluator
 from .problem import BoolArray, Design
 
 #: Relative difference of objective and bound that counts as none.
-TOLERANCE = 1e-6
+TOLERANCE = 1e-5
 
 
 @dataclass(eq=False)
@@ -30,6 +30,10 @@ class Incumbent:
         Relative gap that will do.
     progress
         Told what is new, from the thread that calls `report`.
+    grain
+        Every objective is a whole multiple of 1 / grain; 0 if that is not known.
+    proven
+        Whether a solver has proven the best design optimal within its rounding.
     best, value, bound
         Best design (shape (e,)) or None, its exact objective, proven lower bound.
     """
@@ -38,6 +42,8 @@ class Incumbent:
     deadline: Deadline
     gap: float = 0.0
     progress: Optional[Progress] = None
+    grain: int = 0
+    proven: bool = False
     best: Optional[BoolArray] = None
     value: float = math.inf
     bound: float = 0.0
@@ -61,9 +67,12 @@ class Incumbent:
 
     def raise_bound(self, bound: float) -> None:
         """Take note of a proven bound."""
+        if not math.isfinite(bound):
+            return
+        if self.grain:
+            bound = math.ceil(bound * self.grain - 1e-4) / self.grain
         with self._lock:
-            if math.isfinite(bound):
-                self.bound = max(self.bound, bound)
+            self.bound = max(self.bound, bound)
 
     def report(self) -> None:
         """Tell the caller what is new since the last time."""
@@ -77,6 +86,8 @@ class Incumbent:
         """Tell whether the gap will do."""
         if self.best is None:
             return False
+        if self.proven:
+            return True
         return self.value - self.bound <= max(self.gap, TOLERANCE) * max(1e-9, abs(self.value))
 
     def enough(self) -> bool:
@@ -102,6 +113,8 @@ class Incumbent:
         missing = found.objective - bound
         if missing <= TOLERANCE * max(1.0, found.objective):
             bound, stopped = found.objective, "optimal"
+        elif self.proven:
+            stopped = "optimal"
         elif missing <= self.gap * found.objective:
             stopped = "gap"
         elif self.cancelled():

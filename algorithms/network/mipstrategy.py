@@ -8,7 +8,7 @@ import numpy as np
 
 from .incumbent import Incumbent
 from .model import flow_model
-from .solvers import solve_mip
+from .solvers import relaxation_bound, solve_mip
 from .structure import Structure
 from .windows import Windows
 
@@ -18,6 +18,8 @@ RADII = (4, 5, 6, 8)
 WINDOW_SECONDS = 5.0
 #: Up to this many usable edges the whole problem is solved without windows beside it.
 TINY = 60
+#: Above this many usable edges the linear relaxation gives a first bound.
+LARGE = 200
 
 
 def mip_bound(run: Incumbent, index: Structure, solver: str = "highs", *, flow: bool) -> str:
@@ -41,6 +43,14 @@ def mip_bound(run: Incumbent, index: Structure, solver: str = "highs", *, flow: 
     """
     model = flow_model(index, flow=flow)
 
+    def enough() -> bool:
+        return run.finished.is_set() or run.deadline.passed()
+
+    if solver == "highs" and len(index.edges) > LARGE:
+        relaxed = relaxation_bound(model.linear, time_limit=run.deadline.left, cancelled=enough)
+        run.raise_bound(relaxed)
+        model = flow_model(index, flow=flow)
+
     def take(values: dict[str, float]) -> None:
         if flow:
             run.take(model.chosen(values))
@@ -51,7 +61,7 @@ def mip_bound(run: Incumbent, index: Structure, solver: str = "highs", *, flow: 
         solver=solver,
         on_incumbent=take,
         on_bound=run.raise_bound,
-        cancelled=lambda: run.finished.is_set() or run.deadline.passed(),
+        cancelled=enough,
     )
     if result.values is not None:
         take(result.values)
@@ -71,6 +81,7 @@ def solve_by_mip(run: Incumbent, index: Structure, seed: int, solver: str) -> bo
 
     def whole() -> None:
         status[0] = mip_bound(run, index, solver, flow=True)
+        run.proven |= status[0] == "optimal"
         if status[0] in ("optimal", "infeasible"):
             run.finished.set()
 

@@ -98,7 +98,7 @@ def _half_edges(model: NetworkModel) -> _Halves:
 
 def _no_islands(model: NetworkModel, halves: _Halves) -> None:
     """Add equations 1 to 3."""
-    index, problem, linear = model.index, model.index.problem, model.linear
+    problem, linear = model.index.problem, model.linear
     out: dict[int, list[int]] = {}
     for i, j in halves.active:
         out.setdefault(i, []).append(j)

@@ -10,6 +10,7 @@ from ..errors import InfeasibleError
 from ..progress import Deadline, Progress
 from . import ortools_access
 from .conflicts import explain
+from .cpmodel import cost_grain
 from .evaluate import Evaluator
 from .incumbent import Incumbent
 from .mipstrategy import solve_by_mip
@@ -74,7 +75,7 @@ def solve(
         check_solver(solver)
     deadline = Deadline(time_limit, progress)
     index = structure(problem)
-    run = Incumbent(Evaluator(problem), deadline, gap, progress)
+    run = Incumbent(Evaluator(problem), deadline, gap, progress, cost_grain(index))
     run.raise_bound(index.fixed)
     if start is not None:
         run.take(np.asarray(start, dtype=bool))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Optional
 
@@ -22,10 +23,14 @@ from .windows import Windows
 SMALL = 400
 #: Effort of that trial, in CP-SAT's deterministic units.
 TRIAL = 0.4
+#: Effort of the first attempt to find any design; later ones take twice as much each.
+FIRST_EFFORT = 0.4
 #: Problems with at most this many usable edges get their bound from CP-SAT, others from a MIP.
 CP_BOUND = 400
 #: Windows without improvement after which the search starts anew with another seed.
-STALE = 150
+STALE = 40
+#: Efforts per window that the searches take in turn.
+EFFORTS = (0.15, 0.4, 0.08)
 
 
 def no_design_yet(run: Incumbent) -> Exception:
@@ -51,27 +56,43 @@ def first_start(run: Incumbent, index: Structure, seed: int) -> bool:
     if not index.edges:
         return run.take(np.zeros(len(index.ends), dtype=bool))
     network = full_network(index, cuts=[], ranks=True)
+    if index.problem.weight_length == 0:
+        # short networks are found sooner than any
+        network.costs += [(x, 1.0) for x in network.edge.values()]
     for slack in network.slack.values():
         if not isinstance(slack, bool):
             network.model.add_hint(slack, False)
-    options = CpOptions(
-        run.deadline.left, seed=seed, linearization=0, probing=0, symmetry=0, first_only=True
-    )
-    result = run_cp(network, options, stop=run.enough)
-    if result.active is not None:
-        run.take(result.active)
-    return result.status != "infeasible"
+    effort = FIRST_EFFORT
+    while True:
+        # some seeds take a hundred times as long as others, so that restarts pay
+        options = CpOptions(
+            run.deadline.left,
+            effort=effort,
+            seed=seed,
+            linearization=0,
+            probing=0,
+            symmetry=0,
+            first_only=True,
+        )
+        result = run_cp(network, options, stop=run.enough)
+        if result.active is not None:
+            run.take(result.active)
+        if result.status != "unknown" or run.enough():
+            return result.status != "infeasible"
+        effort, seed = 2 * effort, seed + 1
 
 
 def whole_problem(run: Incumbent, index: Structure, seed: int, effort: Optional[float]) -> str:
     """Solve the whole problem by CP-SAT; return its status."""
     network = _bounded(run, index)
-    options = CpOptions(run.deadline.left, effort=effort, seed=seed)
+    # a full linear relaxation: on plans of cells as wide as blocks forty times as fast
+    options = CpOptions(run.deadline.left, effort=effort, seed=seed, linearization=2)
     # the caller's thread may report only from its own thread, so solutions come at the end
     result = run_cp(network, options, stop=run.enough, on_bound=run.raise_bound)
     if result.active is not None:
         run.take(result.active)
     run.raise_bound(result.bound)
+    run.proven |= result.status == "optimal"
     return result.status
 
 
@@ -97,36 +118,49 @@ def bound_beside(run: Incumbent, index: Structure, seed: int) -> None:
 def cp_bound(run: Incumbent, index: Structure, seed: int) -> None:
     """Prove a bound of the whole problem by CP-SAT, until the run is finished."""
     network = _bounded(run, index)
-    options = CpOptions(run.deadline.left, seed=seed + 1)
+    options = CpOptions(run.deadline.left, seed=seed + 1, linearization=2)
     result = run_cp(network, options, stop=run.finished.is_set, on_bound=run.raise_bound)
     run.raise_bound(result.bound)
     # what it finds on the way would make runs depend on timing; an optimum does not
     if result.status == "optimal" and result.active is not None:
         run.take(result.active)
+        run.proven = True
 
 
 def window_search(run: Incumbent, index: Structure, seed: int) -> None:
-    """Improve the best design until the run is to stop, with a new seed when it goes stale."""
+    """Improve the best design until the run is to stop, with a new seed when it goes stale.
+
+    Every second new search starts from the first design instead of the best: where a search
+    ends depends on its seed.
+    """
     if run.best is None or not index.edges:
         return
     windows = Windows(index)
     rng = np.random.default_rng(seed)
-    search = _search(run, windows, run.best, rng)
+    efforts = itertools.cycle(EFFORTS)
+    starts = itertools.cycle((run.best, None))
+    search = _search(run, windows, run.best, rng, next(efforts))
     stale = 0
     while not run.enough():
         stale = 0 if search.step(run.deadline.left, run.enough) else stale + 1
         if search.value < run.value:
             run.take(search.active)
         if stale > STALE:
-            search, stale = _search(run, windows, run.best, rng), 0
+            again = next(starts)
+            again = run.best if again is None else again
+            search, stale = _search(run, windows, again, rng, next(efforts)), 0
 
 
 def _search(
-    run: Incumbent, windows: Windows, active: BoolArray, rng: np.random.Generator
+    run: Incumbent,
+    windows: Windows,
+    active: BoolArray,
+    rng: np.random.Generator,
+    effort: float,
 ) -> WindowSearch:
     """Return a search from a design."""
     seed = int(rng.integers(2**31))
-    return WindowSearch(windows, run.evaluator, active.copy(), seed=seed)
+    return WindowSearch(windows, run.evaluator, active.copy(), seed=seed, effort=effort)
 
 
 def solve_by_cp(run: Incumbent, index: Structure, seed: int) -> bool:

@@ -12,7 +12,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from shapely.geometry import Polygon
 
-from .repair import GRID, NO_AREA, Geometries, Problems, rounded
+from .repair import GRID, NO_AREA, Geometries, Problems, overlay, rounded
 
 GAP = 1.0
 """Gaps between polygons up to this width are closed, metres."""
@@ -59,7 +59,8 @@ def dissolve(
         One polygon per site, exterior counter-clockwise, with the ids of the features it is
         made of; ordered by the first of them.
     """
-    pieces = [(polygon, [feature]) for polygon, feature in zip(polygons, ids.tolist())]
+    # one order of vertices, for buffers differ by a hair with it
+    pieces = [(p, [feature]) for p, feature in zip(_canonical(polygons), ids.tolist())]
     # filling one gap may bring two sites within reach of each other, and cutting a needle may
     # bare another: repeat until nothing changes, so that a prepared site stays as it is
     for _ in range(_ROUNDS):
@@ -87,24 +88,55 @@ def _round(pieces: list[_Piece], layer: str, crs: CRS, problems: Problems) -> li
         if len(members) == 1:
             result += [(p, own) for p in _clean(polygons[members[0]], layer, own[0], crs, problems)]
             continue
-        merged = _close(polygons[members], layer, own[0], crs, problems)
-        parts = shapely.get_parts(merged)
-        for part in parts:
-            if len(parts) > 1:  # pieces that lie close but cannot be joined
-                inside = shapely.intersects(part, shapely.point_on_surface(polygons[members]))
-                own = list(dict.fromkeys(f for k in members[inside] for f in pieces[k][1])) or own
-            result += [(p, own) for p in _clean(part, layer, own[0], crs, problems)]
+        findings = Problems()
+        joined = _join(polygons[members], [pieces[k][1] for k in members], layer, crs, findings)
+        overlap = np.sum(shapely.area(polygons[members])) - sum(p.area for p, _ in joined)
+        if len(joined) < len(members) or overlap > NEEDLE:
+            problems.extend(findings)
+            result += joined
+            continue
+        # closing gaps has joined nothing that holds: leave each as it is
+        for k in members:
+            own = pieces[k][1]
+            result += [(p, own) for p in _clean(polygons[k], layer, own[0], crs, problems)]
+    return result
+
+
+def _join(
+    polygons: Geometries, owners: list[list[Any]], layer: str, crs: CRS, problems: Problems
+) -> list[_Piece]:
+    """Unite polygons that adjoin, close the gaps between them, clean what comes out."""
+    everybody = list(dict.fromkeys(f for own in owners for f in own))
+    parts = shapely.get_parts(_close(polygons, layer, everybody[0], crs, problems))
+    inside = shapely.point_on_surface(polygons)
+    result: list[_Piece] = []
+    for part in parts:
+        own = everybody
+        if len(parts) > 1:  # pieces that lie close but cannot be joined
+            mine = np.flatnonzero(shapely.intersects(part, inside))
+            own = list(dict.fromkeys(f for k in mine for f in owners[k])) or everybody
+        result += [(p, own) for p in _clean(part, layer, own[0], crs, problems)]
     return result
 
 
 def _tidy(polygons: Geometries) -> npt.NDArray[np.bool_]:
     """Tell which polygons need no cleaning: without holes, needles and not small."""
-    core = shapely.buffer(polygons, -NEEDLE, join_style="mitre")
-    opened = shapely.buffer(core, NEEDLE, join_style="mitre", mitre_limit=MITRE)
+    core, opened = _opened(polygons)
     plain = shapely.get_num_interior_rings(polygons) == 0
     plain &= ~shapely.is_empty(core) & (shapely.area(polygons) >= SMALLEST)
     plain &= shapely.area(polygons) - shapely.area(opened) < NEEDLE
     return np.asarray(plain)
+
+
+def _opened(polygons: Any) -> tuple[Any, Any]:
+    """Shrink by the width of needles, and grow back: both results."""
+    core = _mitred(polygons, -NEEDLE)
+    return core, _mitred(core, NEEDLE, MITRE)
+
+
+def _mitred(geometry: Any, distance: float, limit: float = 5.0) -> Any:
+    with np.errstate(all="ignore"):  # GEOS divides by zero on parallel edges, without harm
+        return shapely.buffer(geometry, distance, join_style="mitre", mitre_limit=limit)
 
 
 def _canonical(polygons: Geometries) -> Geometries:
@@ -143,9 +175,8 @@ def _close(
     # in floating point, then rounded: several times faster than on the grid all the way
     united = rounded(shapely.union_all(polygons))
     half = GAP / 2
-    closed = shapely.buffer(shapely.buffer(united, half, join_style="mitre"), -half,
-                            join_style="mitre")  # fmt: skip
-    gaps = shapely.get_parts(shapely.difference(closed, united))
+    closed = _mitred(_mitred(united, half), -half)
+    gaps = shapely.get_parts(overlay(shapely.difference, closed, united))
     gaps = gaps[shapely.area(gaps) > 0.01]
     # only what lies between two polygons: notches in one of them are its own affair
     between, _ = shapely.STRtree(polygons).query(gaps, predicate="dwithin", distance=2 * GRID)
@@ -156,7 +187,7 @@ def _close(
     what = f"{len(gaps)} gaps or overlaps up to {GAP:g} m wide between adjoining polygons"
     problems.add(layer, feature, what, "closed", "info", where, crs)
     # grown by a grid step: rounding must not leave a hair between gap and polygon
-    return rounded(shapely.union(united, shapely.buffer(where, 2 * GRID, join_style="mitre")))
+    return rounded(overlay(shapely.union, united, _mitred(where, 2 * GRID)))
 
 
 def _clean(
@@ -197,21 +228,20 @@ def _fill_slits(
 def _cut_needles(
     polygon: Polygon, layer: str, feature: object, crs: CRS, problems: Problems
 ) -> list[Polygon]:
-    core = shapely.buffer(polygon, -NEEDLE, join_style="mitre")
+    core, opened = _opened(polygon)
     if shapely.is_empty(core):
         what = f"narrower than {2 * NEEDLE:g} m everywhere"
         problems.add(layer, feature, what, "skipped", "error", polygon, crs)
         return []
-    opened = shapely.buffer(core, NEEDLE, join_style="mitre", mitre_limit=MITRE)
-    needles = shapely.get_parts(shapely.difference(polygon, opened))
+    needles = shapely.get_parts(overlay(shapely.difference, polygon, opened))
     needles = needles[shapely.area(needles) > NEEDLE]
     if len(needles) == 0:
         return [polygon]
     what = f"{len(needles)} needles narrower than {2 * NEEDLE:g} m"
     where = shapely.union_all(needles)
     problems.add(layer, feature, what, "cut off", "info", where, crs)
-    grown = shapely.buffer(where, 2 * GRID, join_style="mitre")
-    rest = shapely.get_parts(rounded(shapely.difference(polygon, grown)))
+    grown = _mitred(where, 2 * GRID)
+    rest = shapely.get_parts(rounded(overlay(shapely.difference, polygon, grown)))
     return [p for p in rest if p.area > NO_AREA]
 
 
@@ -230,5 +260,5 @@ def _part_touching_rings(
     what = "holes touch each other or the edge"
     problems.add(layer, feature, what, "parted by a cut of 0.5 m", "info", touch, crs)
     cut = shapely.buffer(touch, NEEDLE, cap_style="square")
-    rest = shapely.get_parts(rounded(shapely.difference(polygon, cut)))
+    rest = shapely.get_parts(rounded(overlay(shapely.difference, polygon, cut)))
     return [p for p in rest if p.area > NO_AREA]

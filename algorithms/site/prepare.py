@@ -17,7 +17,7 @@ from .access import access_points
 from .crs import DISTORTION, distortion, layer_crs, transformer, working_crs
 from .dissolve import dissolve
 from .frontage import frontage
-from .repair import NO_AREA, POLYGON_TYPE, Geometries, Problems, repair_polygons
+from .repair import NO_AREA, POLYGON_TYPE, Geometries, Problems, overlay, repair_polygons
 from .roads import RoadLayer, RoadNetwork
 from .types import AccessPoint, BoundaryStreet, PreparedSites, Site
 
@@ -159,7 +159,7 @@ class _Obstacles:
         areas, ids = repair_polygons(geometry, ids, self.layer, crs, self._problems)
         shapely.prepare(polygon)
         edge = ~shapely.covers(polygon, areas)
-        areas[edge] = shapely.intersection(areas[edge], polygon)
+        areas[edge] = overlay(shapely.intersection, areas[edge], polygon)
         parts, origin = shapely.get_parts(areas, return_index=True)
         keep = (shapely.get_type_id(parts) == POLYGON_TYPE) & (shapely.area(parts) > NO_AREA)
         parts, origin = parts[keep], origin[keep]

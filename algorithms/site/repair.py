@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Callable
 
 import geopandas as gpd
 import numpy as np
@@ -70,6 +70,18 @@ class Problems:
         self._rows.append((layer, str(feature), problem, action, severity))
         self._geometries.append(geometry)
         self._crs.append(crs)
+
+    def extend(self, other: Problems) -> None:
+        """Take over the findings of another collection.
+
+        Parameters
+        ----------
+        other
+            Its rows are added after the own ones.
+        """
+        self._rows += other._rows
+        self._geometries += other._geometries
+        self._crs += other._crs
 
     def to_frame(self, crs: CRS) -> gpd.GeoDataFrame:
         """Give the findings as a layer.
@@ -158,6 +170,28 @@ def rounded(geometry: Any) -> Any:
         The same, on the grid.
     """
     return shapely.set_precision(shapely.set_precision(geometry, GRID), 0)
+
+
+def overlay(operation: Callable[..., Any], a: Any, b: Any) -> Any:
+    """Apply an overlay of two geometries or arrays; on the grid where plain numbers fail.
+
+    Parameters
+    ----------
+    operation
+        `shapely.difference`, `shapely.intersection` or `shapely.union`.
+    a, b
+        Geometries or arrays of them.
+
+    Returns
+    -------
+    shapely.Geometry or ndarray
+        The result.
+    """
+    try:
+        return operation(a, b)
+    except shapely.errors.GEOSException:
+        # a mitred buffer may cross itself by a hair
+        return operation(shapely.buffer(a, 0), shapely.buffer(b, 0), grid_size=GRID)
 
 
 def make_valid(geometry: shapely.Geometry) -> shapely.Geometry:

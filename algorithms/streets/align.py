@@ -56,6 +56,7 @@ def align(
     mesh: QuadMesh,
     level: IntArray,
     arrivals: Mapping[int, tuple[float, float]],
+    held: Sequence[int] = (),
 ) -> Alignment:
     """Straighten and curve the streets of a network, as far as that is safe.
 
@@ -69,9 +70,11 @@ def align(
         Shape (e,). Street level of each edge, 0 for none.
     arrivals
         Vertices where a street continues an existing one -> its direction; they stay.
+    held
+        Further vertices that stay: those on existing streets inside the mesh.
     """
     ways = chains(mesh, level)
-    straight = _straightened(site, mesh, ways, arrivals)
+    straight = _straightened(site, mesh, ways, arrivals, held)
     for share in (1.0, 0.5, 0.0):
         positions = mesh.vertices + share * (straight - mesh.vertices)
         for curved in (True, False):
@@ -88,6 +91,7 @@ def _straightened(
     mesh: QuadMesh,
     ways: Sequence[Sequence[int]],
     arrivals: Mapping[int, tuple[float, float]],
+    held: Sequence[int],
 ) -> FloatArray:
     """Positions after re-weighted least squares."""
     start = mesh.vertices
@@ -105,7 +109,7 @@ def _straightened(
         moved = rows.solve(now, used) - start
         size = np.hypot(*moved.T)[:, None]
         limit = REACH * mesh.edge_length
-        moved[list(arrivals)] = 0.0
+        moved[[*arrivals, *held]] = 0.0
         now = start + moved * np.minimum(1.0, limit / np.maximum(size, 1e-9))
     return now
 

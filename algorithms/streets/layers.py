@@ -11,7 +11,8 @@ import pandas as pd
 from pyproj import CRS
 from shapely.geometry import Point
 
-from ..site.types import BoundaryStreet, Site
+from ..site.types import BoundaryStreet
+from .joints import split_at
 from .plan import SitePlan, StreetPlan
 
 #: Speeds by level, km/h: 40, 30, 20 and 20 miles per hour (CND section 5.1).
@@ -60,7 +61,7 @@ def plan_layers(plan: StreetPlan) -> dict[str, gpd.GeoDataFrame]:
     source = plan.plans[0].site.source_crs if plan.plans else CRS.from_epsg(4326)
     for own in plan.plans:
         rows = {
-            "streets": [*_new_streets(own), *_existing_streets(own.site)],
+            "streets": [*_new_streets(own), *_existing_streets(own)],
             "junctions": _junctions(own),
             "blocks": _blocks(own),
             "problems": _problems(own),
@@ -124,23 +125,27 @@ def _new_streets(plan: SitePlan) -> Iterable[Row]:
         }
 
 
-def _existing_streets(site: Site) -> Iterable[Row]:
-    """Give the streets beside the site and those kept inside."""
+def _existing_streets(plan: SitePlan) -> Iterable[Row]:
+    """Give the streets beside the site and those kept inside, cut where new ones join them."""
+    site = plan.site
+    joints = [line.coords[-1] for line in plan.connectors.values()]
+    joints += [xy for s in plan.segments for xy in (s.line.coords[0], s.line.coords[-1])]
     for street in (*site.boundary_streets, *site.inner_streets):
         own = existing_level(street)
-        yield {
-            "site_id": site.site_id,
-            "level": own,
-            "status": "existing",
-            "length_m": street.line.length,
-            "dist_to_sink_m": 0.0,
-            "dist_start_m": 0.0,
-            "dist_end_m": 0.0,
-            "direction": 0,
-            "speed_kmh": SPEED[own],
-            "name": street.name,
-            "geometry": street.line,
-        }
+        for line in split_at(street.line, joints):
+            yield {
+                "site_id": site.site_id,
+                "level": own,
+                "status": "existing",
+                "length_m": line.length,
+                "dist_to_sink_m": 0.0,
+                "dist_start_m": 0.0,
+                "dist_end_m": 0.0,
+                "direction": 0,
+                "speed_kmh": SPEED[own],
+                "name": street.name,
+                "geometry": line,
+            }
 
 
 def existing_level(street: BoundaryStreet) -> int:
@@ -150,30 +155,29 @@ def existing_level(street: BoundaryStreet) -> int:
 
 def _junctions(plan: SitePlan) -> Iterable[Row]:
     """Where streets meet, end or leave the site."""
-    ground, level = plan.network.ground, plan.network.level
+    ground = plan.network.ground
     mesh = ground.mesh
-    distance = {
-        v: d for s in plan.segments for v, d in ((s.start, s.dist_start), (s.end, s.dist_end))
-    }
-    for v in sorted(distance):
-        streets = int(sum(level[e] > 0 for e in mesh.vertex_edges[v]))
-        on_edge = bool(mesh.boundary_vertices[v])
-        frontage = int(sum(ground.street[e] for e in mesh.vertex_edges[v]))
-        valence = streets + (frontage if on_edge else 0)
+    meeting: dict[int, list[tuple[float, tuple[float, float]]]] = {}
+    for s in plan.segments:
+        meeting.setdefault(s.start, []).append((s.dist_start, s.line.coords[0]))
+        meeting.setdefault(s.end, []).append((s.dist_end, s.line.coords[-1]))
+    for v in sorted(meeting):
+        distance, xy = meeting[v][0]
+        frontage = 2 if v < 0 else int(sum(ground.street[e] for e in mesh.vertex_edges[v]))
+        valence = len(meeting[v]) + frontage
         if v in ground.arrivals:
             kind, valence = "continues street", valence + 1
-        elif on_edge and frontage:
+        elif frontage:
             kind = "meets street"
         else:
-            names = {1: "dead end", 2: "bend", 3: "T-junction"}
-            kind = names.get(valence, "crossing")
+            kind = {1: "dead end", 2: "bend", 3: "T-junction"}.get(valence, "crossing")
         yield {
             "site_id": plan.site.site_id,
             "valence": valence,
-            "is_sink": bool(ground.sinks[v]),
-            "dist_to_sink_m": distance[v],
+            "is_sink": distance == 0.0,
+            "dist_to_sink_m": distance,
             "kind": kind,
-            "geometry": Point(plan.alignment.positions[v]),
+            "geometry": Point(xy),
         }
 
 

@@ -21,8 +21,9 @@ from .adopt import adopt_streets
 from .align import Alignment, align
 from .blocks import Block, blocks, reach_edge
 from .fitting import block_misfit, site_meshes
+from .joints import connectors, trim_ends
 from .levels import LevelledNetwork, design_levels
-from .segments import Segment, connectors, segments
+from .segments import Segment, segments
 from .survey import Ground, Wishes, arriving_streets, survey
 
 #: Of two access points nearer than this share of the block width one is continued.
@@ -238,7 +239,10 @@ def draw_plan(network: LevelledNetwork, arrivals: Sequence[AccessPoint] = ()) ->
     """Draw the streets and blocks of a chosen network."""
     ground, level = network.ground, network.level
     directions = {v: point.direction for v, point in ground.arrivals.items()}
-    alignment = align(ground.site, ground.mesh, level, directions)
+    mesh = ground.mesh
+    kept = np.unique(mesh.edges[ground.street & ~mesh.boundary_edges]).tolist()
+    alignment = align(ground.site, mesh, level, directions, kept)
+    alignment = trim_ends(ground, level, alignment)
     joints = connectors(ground, level, alignment)
     lines = [LineString(line) for line in alignment.lines.values()]
     found = blocks(ground.site, [*lines, *_edge_pieces(ground, level, alignment)])

@@ -41,8 +41,16 @@ class LevelRules:
 
 
 PLANNER = {
-    COLLECTOR: LevelRules(end=0.8, bend=1.5, kink=0.5, carry_on=2.5, too_close=6.0, zigzag=5.0),
-    LOCAL: LevelRules(end=0.25, bend=1.2, kink=0.3, carry_on=2.0, too_close=0.0, zigzag=3.0),
+    COLLECTOR: LevelRules(
+        end=0.8,
+        bend=2.5,
+        kink=0.5,
+        carry_on=2.5,
+        too_close=6.0,
+        zigzag=5.0,
+        cover_penalty=3.0,
+    ),
+    LOCAL: LevelRules(end=0.25, bend=1.6, kink=0.3, carry_on=2.0, too_close=0.0, zigzag=3.0),
 }
 
 
@@ -108,7 +116,7 @@ def _planner(
         clauses += _block_clauses(ground, spec, usable, weights)
     else:
         longest = 1.1 * max(spec.block_length, 3 * mesh.edge_length)
-        clauses += rules.block_length_windows(mesh, usable, longest, 8.0)
+        clauses += rules.block_length_windows(mesh, usable, longest, 5.0)
     return _problem(
         ground,
         spec,

@@ -8,14 +8,19 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sparse
+import shapely
 from scipy.sparse.csgraph import dijkstra
 from shapely.geometry import LineString
 
 from ..mesh import QuadMesh
 from ..network.problem import FloatArray, IntArray
-from ..site.carry import carry_to_centre_line
+from ..site.types import Site
 from .align import Alignment
+from .joints import existing_lines, split_at
 from .survey import Ground
+
+#: Pieces shorter than this are not cut off (metres).
+SHORTEST = 0.5
 
 
 @dataclass(frozen=True)
@@ -29,7 +34,7 @@ class Segment:
     level
         1 major, 2 collector, 3 local, 4 cul-de-sac.
     start, end
-        Mesh vertices at its ends.
+        Mesh vertices at its ends; negative numbers for junctions with existing streets.
     dist_start, dist_end
         Network distance from each end to the nearest sink, metres.
     """
@@ -73,28 +78,32 @@ class Segment:
         return 1 if self.dist_end < self.dist_start else -1
 
 
-def sink_distances(ground: Ground, level: IntArray, alignment: Alignment) -> FloatArray:
-    """Network distance of every vertex to its nearest sink, metres; infinite off the network.
+@dataclass(frozen=True)
+class _Piece:
+    """A street between two nodes: mesh vertices, or negative numbers for other junctions."""
 
-    New streets count with the length of their final course, existing ones with that of the
-    boundary.
-    """
-    mesh = ground.mesh
-    lengths = mesh.lengths.copy()
-    for e, line in alignment.lines.items():
-        lengths[e] = np.hypot(*np.diff(line, axis=0).T).sum()
-    used = np.flatnonzero((level > 0) | ground.street)
-    n = len(mesh.vertices)
-    ends = mesh.edges[used]
-    graph = sparse.csr_matrix((lengths[used], (ends[:, 0], ends[:, 1])), shape=(n, n))
-    sinks = np.flatnonzero(ground.sinks)
-    return np.asarray(dijkstra(graph, directed=False, indices=sinks, min_only=True))
+    line: LineString
+    level: int
+    start: int
+    end: int
 
 
 def segments(ground: Ground, level: IntArray, alignment: Alignment) -> list[Segment]:
-    """Cut streets at junctions and at changes of level."""
+    """Cut streets at junctions, where they cross existing streets, and at changes of level.
+
+    Distances are measured along the final courses, and along the boundary where existing
+    streets run there.
+    """
+    pieces = _cut_at_existing(ground.site, _pieces(ground, level, alignment))
+    distance = _node_distances(ground, pieces)
+    return [
+        Segment(p.line, p.level, p.start, p.end, distance[p.start], distance[p.end]) for p in pieces
+    ]
+
+
+def _pieces(ground: Ground, level: IntArray, alignment: Alignment) -> list[_Piece]:
+    """Cut streets at mesh vertices where others meet them."""
     mesh = ground.mesh
-    distance = sink_distances(ground, level, alignment)
     streets = (level > 0) | ground.street
     ends = np.bincount(mesh.edges[streets].ravel(), minlength=len(mesh.vertices))
     node = (ends != 2) | mesh.boundary_vertices | ground.sinks
@@ -105,64 +114,61 @@ def segments(ground: Ground, level: IntArray, alignment: Alignment) -> list[Segm
         for u, v in zip(way, way[1:], strict=False):
             own = int(level[mesh.edge_between(u, v)])
             if len(path) > 1 and (node[u] or own != previous):
-                found.append(_segment(mesh, alignment, path, previous, distance))
+                found.append(_piece(mesh, alignment, path, previous))
                 path = [u]
             path.append(v)
             previous = own
-        found.append(_segment(mesh, alignment, path, previous, distance))
+        found.append(_piece(mesh, alignment, path, previous))
     return found
 
 
-def _segment(
-    mesh: QuadMesh,
-    alignment: Alignment,
-    path: Sequence[int],
-    level: int,
-    distance: FloatArray,
-) -> Segment:
-    """Make the segment along a path of vertices."""
+def _piece(mesh: QuadMesh, alignment: Alignment, path: Sequence[int], level: int) -> _Piece:
+    """Join the lines along a path of vertices."""
     points: list[FloatArray] = []
     for u, v in zip(path, path[1:], strict=False):
         edge = mesh.edge_between(u, v)
         line = alignment.lines[edge]
         line = line if mesh.edges[edge, 0] == u else line[::-1]
         points.append(line if not points else line[1:])
-    return Segment(
-        LineString(np.vstack(points)),
-        level,
-        path[0],
-        path[-1],
-        float(distance[path[0]]),
-        float(distance[path[-1]]),
-    )
+    return _Piece(LineString(np.vstack(points)), level, path[0], path[-1])
 
 
-def connectors(ground: Ground, level: IntArray, alignment: Alignment) -> dict[int, LineString]:
-    """Carry streets on from the property line to the centre line of the street they meet.
-
-    Returns
-    -------
-    dict
-        Boundary vertex -> line from the vertex to the centre line. Where the boundary is the
-        centre line, or no centre line is known, there is none.
-    """
-    mesh, site = ground.mesh, ground.site
-    found = {}
-    for v in np.flatnonzero(mesh.boundary_vertices).tolist():
-        active = [int(e) for e in mesh.vertex_edges[v] if level[e] > 0]
-        if not active or not any(ground.street[e] for e in mesh.vertex_edges[v]):
-            continue
-        xy = tuple(alignment.positions[v].tolist())
-        point = ground.arrivals.get(v)
-        target: tuple[float, float] | None
-        if point is not None:
-            target = point.junction
-        else:
-            line = alignment.lines[active[0]]
-            line = line if mesh.edges[active[0], 1] == v else line[::-1]
-            step = line[-1] - line[-2]
-            heading = (float(step[0]), float(step[1]))
-            target = carry_to_centre_line(site, (xy[0], xy[1]), heading)
-        if target is not None and math.dist(xy, target) > 0.05:
-            found[v] = LineString([xy, target])
+def _cut_at_existing(site: Site, pieces: Sequence[_Piece]) -> list[_Piece]:
+    """Make a junction wherever a new street crosses an existing one."""
+    beside = existing_lines(site)
+    found = []
+    count = 0
+    for piece in pieces:
+        crossings = shapely.get_coordinates(shapely.intersection(piece.line, beside))
+        parts = split_at(piece.line, [(x, y) for x, y in crossings.tolist()], SHORTEST)
+        start = piece.start
+        for i, part in enumerate(parts):
+            count += i < len(parts) - 1
+            end = piece.end if i == len(parts) - 1 else -count
+            found.append(_Piece(part, piece.level, start, end))
+            start = end
     return found
+
+
+def _node_distances(ground: Ground, pieces: Sequence[_Piece]) -> dict[int, float]:
+    """Network distance of every node to its nearest sink, metres; infinite if there is none."""
+    mesh = ground.mesh
+    kept = np.flatnonzero(ground.street)
+    ends = [(p.start, p.end) for p in pieces] + [(int(u), int(v)) for u, v in mesh.edges[kept]]
+    if not ends:
+        return {}
+    lengths = [float(p.line.length) for p in pieces] + mesh.lengths[kept].tolist()
+    nodes = sorted({v for pair in ends for v in pair})
+    place = {v: i for i, v in enumerate(nodes)}
+    rows, columns = ([place[pair[k]] for pair in ends] for k in (0, 1))
+    # parallel pieces between two nodes: the shorter one counts
+    graph = sparse.coo_matrix((lengths, (rows, columns)), shape=(len(nodes),) * 2)
+    shortest = graph.tolil()
+    for r, c, length in zip(rows, columns, lengths, strict=True):
+        shortest[r, c] = min(length, shortest[r, c])
+    everywhere = bool(ground.sinks[mesh.edges[kept]].all()) and len(kept) > 0
+    sinks = [place[v] for v in nodes if (v < 0 and everywhere) or (v >= 0 and ground.sinks[v])]
+    if not sinks:
+        return dict.fromkeys(nodes, math.inf)
+    found = dijkstra(shortest.tocsr(), directed=False, indices=sinks, min_only=True)
+    return {v: float(found[i]) for v, i in place.items()}

@@ -3,8 +3,9 @@ from __future__ import annotations
 import geopandas as gpd
 import numpy as np
 import pytest
-from platwright.errors import InputError
+from platwright.errors import CancelledError, InputError
 from platwright.measure import validate_network
+from platwright.progress import Silent
 from shapely.geometry import LineString, MultiLineString, Point, Polygon, box
 
 # A plane in metres, true to scale around its origin.
@@ -295,6 +296,28 @@ def test_errors_say_what_to_do():
         validate_network(SITE)
     with pytest.raises(InputError, match="edge_length must be greater than 0"):
         validate_network(cross(), edge_length=0)
+
+
+def test_stages_are_told_and_cancelling_stops():
+    class Caller(Silent):
+        def __init__(self, patience):
+            self.patience = patience
+            self.stages = []
+
+        def stage(self, text, fraction):
+            assert text
+            self.stages.append(fraction)
+
+        def cancelled(self):
+            return len(self.stages) >= self.patience
+
+    patient = Caller(99)
+    assert validate_network(cross(), site=SITE, progress=patient).problems.empty
+    assert patient.stages == sorted(patient.stages)
+    assert len(patient.stages) == 5
+    for patience in range(5):
+        with pytest.raises(CancelledError, match="Cancelled before"):
+            validate_network(cross(), site=SITE, progress=Caller(patience))
 
 
 def test_no_streets_leave_everything_uncovered():

@@ -116,7 +116,11 @@ def test_closed_slot_makes_foreign_edges():
 
 def test_neck_separates_components():
     bell = shapely.union_all(
-        [shapely.box(0, 0, 300, 300), shapely.box(300, 145, 400, 155), shapely.box(400, 0, 700, 300)]
+        [
+            shapely.box(0, 0, 300, 300),
+            shapely.box(300, 145, 400, 155),
+            shapely.box(400, 0, 700, 300),
+        ]
     )
     mesh = quadrangulate(bell, 72)
     assert len(mesh.faces) == 32
@@ -262,7 +266,7 @@ def stars(draw):
     return shapely.Polygon(np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]))
 
 
-@settings(max_examples=15, deadline=None, derandomize=True)
+@settings(max_examples=12, deadline=None, derandomize=True)
 @given(rectilinear(), st.sampled_from([40, 60]))
 def test_random_rectilinear_sites(polygon, h):
     mesh = quadrangulate(polygon, h)
@@ -271,7 +275,7 @@ def test_random_rectilinear_sites(polygon, h):
     assert figures.area_ratio == pytest.approx(1, abs=0.12)
 
 
-@settings(max_examples=12, deadline=None, derandomize=True)
+@settings(max_examples=8, deadline=None, derandomize=True)
 @given(stars(), st.sampled_from([40, 72]))
 def test_random_stars(polygon, h):
     mesh = quadrangulate(polygon, h)

@@ -208,6 +208,6 @@ def test_grids_refuse_nothing():
     with pytest.raises(InputError, match="at least one square"):
         grid(0, 3)
     with pytest.raises(InputError, match="No square"):
-        grid(2, 2, keep=lambda i, j: False)
+        grid(2, 2, keep=lambda *_: False)
     with pytest.raises(InputError, match="at least three"):
         fan(2)

@@ -24,7 +24,7 @@ def holds(cut, active, uncovered) -> bool:
 
 
 @settings(
-    max_examples=80,
+    max_examples=60,
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )

@@ -16,7 +16,7 @@ from platwright.network.structure import structure
 from platwright.network.validation import check_design, design_cost
 
 FEW = settings(
-    max_examples=40,
+    max_examples=30,
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )
@@ -72,7 +72,7 @@ def test_constraint_model_is_exact(small, data):
     assert cp_optimum(problem) == pytest.approx(small.brute_force(problem))
 
 
-@settings(FEW, max_examples=25)
+@settings(FEW, max_examples=20)
 @given(data=st.data())
 def test_reference_model_is_exact_without_distances(small, data):
     problem = small.draw_problem(data)
@@ -86,7 +86,7 @@ def test_reference_model_is_exact_without_distances(small, data):
 
 
 @pytest.mark.parametrize("solver", ["cpsat", "highs"])
-@settings(FEW, max_examples=25)
+@settings(FEW, max_examples=18)
 @given(data=st.data())
 def test_solve_returns_the_optimum(small, solver, data):
     problem = small.draw_problem(data)

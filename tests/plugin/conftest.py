@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 @pytest.fixture(scope="session")
 def plugin_folder(tmp_path_factory: pytest.TempPathFactory, root: Path) -> Path:
-    """A plugin folder as in a QGIS profile, with this repository under an odd name in it."""
+    """Make a plugin folder as in a QGIS profile, with this repository under an odd name."""
     pytest.importorskip("qgis.core", reason="QGIS is not installed")
     folder = tmp_path_factory.mktemp("plugins")
     (folder / FOLDER).symlink_to(root, target_is_directory=True)
@@ -37,7 +37,7 @@ def package(plugin_folder: Path) -> Iterator[Callable[[str], ModuleType]]:
 
 @pytest.fixture(scope="session")
 def provider(package: Callable[[str], ModuleType], qgis_processing: None) -> Iterator[Any]:
-    """The provider, as `classFactory` and `initProcessing` bring it up."""
+    """Bring the provider up, as `classFactory` and `initProcessing` do."""
     plugin = importlib.import_module(FOLDER).classFactory(None)
     plugin.initProcessing()
     yield plugin.provider
@@ -46,7 +46,7 @@ def provider(package: Callable[[str], ModuleType], qgis_processing: None) -> Ite
 
 @pytest.fixture(scope="session")
 def toolbox(provider: Any) -> Any:
-    """Runs the tools and reads back what they made; see `support.Toolbox`."""
+    """Run the tools and read back what they made; see `support.Toolbox`."""
     from support import Toolbox
 
     return Toolbox()

@@ -91,7 +91,7 @@ def sample(root: Path) -> Path:
 
 @pytest.fixture
 def big_site(tmp_path: Path) -> Path:
-    """A square of a kilometre."""
+    """Make a site of a square kilometre."""
     ring = [[X, Y], [X + 1000, Y], [X + 1000, Y + 1000], [X, Y + 1000], [X, Y]]
     crs = '{"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::3067"}}'
     path = tmp_path / "big.geojson"

@@ -280,8 +280,8 @@ def test_files_carry_style_and_record(toolbox, package, tmp_path: Path):
         run.results["TOTAL_LENGTH"]
     )
     blocks = QgsVectorLayer(str(tmp_path / "blocks.shp"), "b", "ogr")
-    assert blocks.renderer().type() == "RuleRenderer"
-    assert other.renderer().type() == "RuleRenderer"
+    assert blocks.renderer().type() == "graduatedSymbol"
+    assert other.renderer().type() == "categorizedSymbol"
     assert package("plugin.record").read_record(blocks)["tool"] == "platwright:designstreets"
     assert other.featureCount() == run.layers["JUNCTIONS"].featureCount() > 0
 

@@ -79,7 +79,7 @@ def test_holes_that_touch_each_other_and_the_edge_are_parted():
     ])  # fmt: skip
     assert shape.is_valid
     sites, problems = run(shape)
-    (site, _), = sites
+    ((site, _),) = sites
     rings = shapely.get_parts(site.boundary)
     pairs = [(a, b) for k, a in enumerate(rings) for b in rings[:k]]
     assert all(a.distance(b) > 0.1 for a, b in pairs)
@@ -89,7 +89,7 @@ def test_holes_that_touch_each_other_and_the_edge_are_parted():
 
 def test_rings_turn_the_right_way():
     shape = Polygon(box(0, 0, 100, 100).exterior, [box(50, 50, 70, 70).exterior])
-    (site, _), = run(shape)[0]
+    ((site, _),) = run(shape)[0]
     assert site.exterior.is_ccw
     assert not site.interiors[0].is_ccw
 

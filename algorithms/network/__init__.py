@@ -1,0 +1,1 @@
+"""Street networks on a quad mesh by integer programming (CND section 4)."""

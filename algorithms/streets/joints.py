@@ -1,0 +1,140 @@
+"""Where designed streets meet existing ones: trimmed, carried on, and cut at joints."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+from shapely.geometry import LineString
+from shapely.ops import substring
+
+from ..network.problem import FloatArray, IntArray
+from ..site.carry import carry_to_centre_line
+from ..site.types import Site
+from .align import Alignment
+from .blocks import reach_edge
+from .survey import Ground
+
+#: Points nearer than this are one (metres).
+TOUCHING = 0.05
+#: A street is carried on over at most this many times the snap distance.
+CARRY = 1.4
+
+
+def trim_ends(ground: Ground, level: IntArray, alignment: Alignment) -> Alignment:
+    """Let streets end where they first meet an existing street.
+
+    The mesh follows a cleaned outline; where that lies beyond the street at the edge of the
+    site, a street on the mesh would cross it.
+    """
+    mesh = ground.mesh
+    beside = existing_lines(ground.site)
+    if beside.is_empty:
+        return alignment
+    lines, positions = dict(alignment.lines), alignment.positions.copy()
+    for v in np.flatnonzero(mesh.boundary_vertices).tolist():
+        active = [int(e) for e in mesh.vertex_edges[v] if level[e] > 0]
+        if len(active) != 1:
+            continue
+        e = active[0]
+        forward = mesh.edges[e, 1] == v
+        line = LineString(lines[e] if forward else lines[e][::-1])
+        along = [
+            float(line.project(shapely.Point(xy)))
+            for xy in shapely.get_coordinates(shapely.intersection(line, beside))
+        ]
+        ahead = [a for a in along if a > 0.25 * line.length]
+        if ahead and min(ahead) < line.length - TOUCHING:
+            kept = shapely.get_coordinates(substring(line, 0.0, min(ahead)))
+            lines[e] = kept if forward else kept[::-1]
+            positions[v] = kept[-1]
+    return dataclasses.replace(alignment, lines=lines, positions=positions)
+
+
+def existing_lines(site: Site) -> shapely.Geometry:
+    """Centre lines of all existing streets of a site as one geometry."""
+    lines = [street.line for street in (*site.boundary_streets, *site.inner_streets)]
+    return shapely.union_all(np.array(lines, dtype=object))
+
+
+def connectors(ground: Ground, level: IntArray, alignment: Alignment) -> dict[int, LineString]:
+    """Carry streets on from the property line to the centre line of the street they meet.
+
+    Returns
+    -------
+    dict
+        Boundary vertex -> line from the vertex to the centre line. Where the boundary is the
+        centre line, or no centre line is known, there is none.
+    """
+    mesh = ground.mesh
+    beside = existing_lines(ground.site)
+    found: dict[int, LineString] = {}
+    for v in np.flatnonzero(mesh.boundary_vertices).tolist():
+        active = [int(e) for e in mesh.vertex_edges[v] if level[e] > 0]
+        if not active or not any(ground.street[e] for e in mesh.vertex_edges[v]):
+            continue
+        xy = tuple(alignment.positions[v].tolist())
+        if beside.distance(shapely.Point(xy)) <= TOUCHING:
+            continue
+        line = alignment.lines[active[0]]
+        line = line if mesh.edges[active[0], 1] == v else line[::-1]
+        way = _way_out(ground, v, line)
+        if way.length > TOUCHING:
+            found[v] = _to_first(way, beside)
+    return found
+
+
+def _way_out(ground: Ground, vertex: int, line: FloatArray) -> LineString:
+    """Way from the end of a street over the edge of the site to the centre line beyond."""
+    site = ground.site
+    points = [tuple(line[-1].tolist())]
+    edge = reach_edge(site, points[0], tuple(line[-2].tolist())).coords[-1]
+    if site.polygon.contains(shapely.Point(points[0])) and math.dist(edge, points[0]) > 0.1:
+        points.append(edge)
+    point = ground.arrivals.get(vertex)
+    heading = (float(line[-1, 0] - line[-2, 0]), float(line[-1, 1] - line[-2, 1]))
+    target = (
+        point.junction
+        if point is not None
+        else carry_to_centre_line(site, points[-1], heading, CARRY * site.snap_distance)
+    )
+    if target is not None and math.dist(points[-1], target) > TOUCHING:
+        points.append(target)
+    return LineString(points if len(points) > 1 else [points[0], points[0]])
+
+
+def _to_first(way: LineString, streets: shapely.Geometry) -> LineString:
+    """Cut a way short at the first street that it meets."""
+    start = shapely.Point(way.coords[0])
+    meeting = shapely.get_coordinates(shapely.intersection(way, streets))
+    ahead = [xy for xy in meeting.tolist() if math.dist(xy, way.coords[0]) > TOUCHING]
+    if not ahead:
+        return way
+    first = min(ahead, key=lambda xy: start.distance(shapely.Point(xy)))
+    return LineString([way.coords[0], first])
+
+
+def split_at(
+    line: LineString, points: Sequence[tuple[float, float]], shortest: float = TOUCHING
+) -> list[LineString]:
+    """Cut a line where points lie on it, into pieces no shorter than `shortest` metres.
+
+    Examples
+    --------
+    >>> [part.length for part in split_at(LineString([(0, 0), (10, 0)]), [(4, 0), (6, 9)])]
+    [4.0, 6.0]
+    """
+    at = []
+    for xy in points:
+        point = shapely.Point(xy)
+        if line.distance(point) <= TOUCHING:
+            at.append(float(line.project(point)))
+    cuts = [0.0]
+    for a in sorted(at):
+        if a - cuts[-1] > shortest and line.length - a > shortest:
+            cuts.append(a)
+    cuts.append(line.length)
+    return [substring(line, a, b) for a, b in zip(cuts, cuts[1:], strict=False)]

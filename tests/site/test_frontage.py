@@ -1,0 +1,89 @@
+import numpy as np
+import pytest
+from platwright.site.frontage import frontage
+from platwright.site.roads import build_network
+from shapely.geometry import LineString, Polygon, box
+
+SITE = box(0, 0, 200, 100)
+
+
+def net(*lines):
+    array = np.array([LineString(x) for x in lines], dtype=object)
+    blank = np.array([""] * len(lines), dtype=object)
+    return build_network(array, blank, blank)
+
+
+def test_street_along_one_edge():
+    found = frontage(SITE, net([(-100, -10), (300, -10)]), 30)
+    (stretch,) = found.stretches.geoms
+    assert stretch.length == pytest.approx(200, abs=6)
+    assert max(y for _, y in stretch.coords) < 5
+    (street,) = found.streets
+    assert street.line.length == pytest.approx(200, abs=6)
+
+
+def test_street_that_ends_at_the_edge_is_no_frontage():
+    found = frontage(SITE, net([(300, 50), (205, 50)]), 30)
+    assert found.stretches.is_empty
+    assert found.streets == []
+
+
+def test_street_too_far_away():
+    roads = net([(-100, -40), (300, -40)])
+    assert frontage(SITE, roads, 30).stretches.is_empty
+    assert frontage(SITE, roads, 45).stretches.length == pytest.approx(200, abs=6)
+
+
+@pytest.mark.parametrize(("angle", "length"), [(20, 64.4), (40, 0)])
+def test_oblique_streets(angle, length):
+    # (x, 0) is (x - 20) sin 20 + 5 cos 20 from the road: within 25 m up to x = 79.4; before the
+    # road's end at (20, -5) it is ahead by more than 45 degrees where x < 15
+    run = 60 / np.tan(np.radians(angle))
+    roads = net([(20, -5), (20 + run, -65)])
+    got = frontage(SITE, roads, 25).stretches.length
+    assert got == pytest.approx(length, abs=6)
+
+
+def test_street_across_another_part_of_the_site_does_not_count():
+    # a U of two wings 12 m wide and 10 m apart; the road runs outside the east wing
+    shape = Polygon(
+        [(0, 0), (34, 0), (34, 100), (22, 100), (22, 12), (12, 12), (12, 100), (0, 100)]
+    )
+    found = frontage(shape, net([(40, -50), (40, 150)]), 30)
+    assert min(x for g in found.stretches.geoms for x, _ in g.coords) >= 33
+
+
+def test_centre_line_as_boundary():
+    found = frontage(SITE, net([(0, 0), (200, 0)], [(200, 0), (200, 100)]), 30)
+    assert found.stretches.length == pytest.approx(300, abs=6)
+    assert sum(s.line.length for s in found.streets) == pytest.approx(300, abs=6)
+
+
+def test_gap_at_a_junction_mouth_is_closed_and_a_long_one_is_not():
+    close = net([(0, -10), (90, -10)], [(105, -10), (200, -10)])
+    assert len(frontage(SITE, close, 12).stretches.geoms) == 1
+    wide = net([(0, -10), (60, -10)], [(140, -10), (200, -10)])
+    assert len(frontage(SITE, wide, 12).stretches.geoms) == 2
+
+
+def test_short_piece_of_road_is_a_scrap():
+    assert frontage(SITE, net([(90, -3), (92, -3)]), 8).stretches.is_empty
+
+
+def test_streets_are_cut_at_junctions():
+    found = frontage(SITE, net([(-100, -10), (300, -10)], [(60, -110), (60, -10)]), 30)
+    assert sorted(s.line.length for s in found.streets) == pytest.approx([60, 140], abs=4)
+    assert len(found.stretches.geoms) == 1
+
+
+def test_hole_with_a_street_in_it():
+    shape = Polygon(SITE.exterior, [box(50, 40, 150, 60).exterior])
+    found = frontage(shape, net([(50, 50), (150, 50)]), 12)
+    assert {round(y) for g in found.stretches.geoms for _, y in g.coords} >= {40, 60}
+    assert found.stretches.length == pytest.approx(200, abs=12)
+
+
+def test_frontage_lies_on_the_boundary():
+    found = frontage(SITE, net([(-100, -10), (300, -10)], [(210, -50), (210, 150)]), 30)
+    assert found.stretches.difference(SITE.boundary.buffer(1e-6)).is_empty
+    assert found.stretches.length == pytest.approx(300, abs=6)
