@@ -139,9 +139,9 @@ class DesignStreets(Tool):
         plan = design_streets(
             prepared.sites,
             specification,
-            wishes=_wishes(request, progress),
-            mesh=_given_mesh(request, progress),
-            progress=progress.part(0.1, 1.0),
+            wishes=_wishes(request, progress.part(0.1, 0.12)),
+            mesh=_given_mesh(request, progress.part(0.12, 0.14)),
+            progress=progress.part(0.14, 0.97),
         )
         if plan.stopped == "cancelled":
             gap = plan.numbers["ACHIEVED_GAP"]
