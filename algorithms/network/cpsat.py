@@ -156,6 +156,8 @@ def _configure(solver: Any, options: CpOptions) -> None:
     if options.symmetry is not None:
         p.symmetry_level = options.symmetry
     p.stop_after_first_solution = options.first_only
+    # CP-SAT would take the handler of interrupts away from whoever runs us, for good
+    p.catch_sigint_signal = False
 
 
 def _solve_watched(solver: Any, model: Any, watch: Any, stop: Optional[Callable[[], bool]]) -> Any:

@@ -6,6 +6,7 @@ import time
 
 import numpy as np
 
+from .chords import chord_start
 from .incumbent import Incumbent
 from .model import flow_model
 from .solvers import relaxation_bound, solve_mip
@@ -20,6 +21,14 @@ WINDOW_SECONDS = 5.0
 TINY = 60
 #: Above this many usable edges the linear relaxation gives a first bound.
 LARGE = 200
+
+
+def straight_start(run: Incumbent, index: Structure) -> None:
+    """Take a design of straight mesh lines if there is a valid one."""
+    if any(index.root[v] and mine for v, mine in enumerate(index.incident)):
+        active = chord_start(index, min(1.0, run.deadline.left))
+        if active is not None:
+            run.take(active)
 
 
 def mip_bound(run: Incumbent, index: Structure, solver: str = "highs", *, flow: bool) -> str:
@@ -77,6 +86,8 @@ def solve_by_mip(run: Incumbent, index: Structure, seed: int, solver: str) -> bo
     bool
         False if there is no valid design.
     """
+    if run.best is None:
+        straight_start(run, index)
     status = ["unknown"]
 
     def whole() -> None:

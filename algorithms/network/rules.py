@@ -213,9 +213,7 @@ def block_width_corners(
     return clauses
 
 
-def small_blocks(
-    mesh: QuadMesh, usable: BoolArray, width: float, weight: float
-) -> list[Pattern]:
+def small_blocks(mesh: QuadMesh, usable: BoolArray, width: float, weight: float) -> list[Pattern]:
     """Price blocks of one small cell: thinner than 0.62 widths, or of two thirds of the usual area.
 
     Parameters
@@ -331,7 +329,7 @@ def _metric_ball(mesh: QuadMesh, centre: int, radius: float) -> list[int]:
 
 
 def _directions_from(mesh: QuadMesh, vertex: int, edges: IntArray) -> FloatArray:
-    """Unit vectors (k, 2) in which edges leave a vertex, along the first stretch of arcs."""
+    """Give unit vectors (k, 2) in which edges leave a vertex, along the first stretch of arcs."""
     rows = []
     for e in edges.tolist():
         line = mesh.edge_line(e)

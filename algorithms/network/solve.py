@@ -16,7 +16,7 @@ from .incumbent import Incumbent
 from .mipstrategy import solve_by_mip
 from .problem import BoolArray, Design, NetworkProblem
 from .solvers import check_solver
-from .strategies import first_start, no_design_yet, solve_by_cp, straight_start
+from .strategies import first_start, no_design_yet, solve_by_cp
 from .structure import structure
 
 #: Seconds for finding out which rules are in conflict.
@@ -68,11 +68,7 @@ def solve(
     CancelledError
         If the run was cancelled before there was any design.
     """
-    by_cp = solver == "cpsat" or (solver == "auto" and ortools_access.available())
-    if solver == "cpsat":
-        ortools_access.cp_model()  # says what is missing
-    elif solver != "auto":
-        check_solver(solver)
+    by_cp = _uses_cp(solver)
     deadline = Deadline(time_limit, progress)
     index = structure(problem)
     run = Incumbent(Evaluator(problem), deadline, gap, progress, cost_grain(index))
@@ -83,8 +79,6 @@ def solve(
     if possible and by_cp:
         possible = solve_by_cp(run, index, seed)
     elif possible:
-        if run.best is None:
-            straight_start(run, index)
         possible = solve_by_mip(run, index, seed, "highs" if solver == "auto" else solver)
     if not possible:
         raise InfeasibleError(_why(problem, by_cp, progress))
@@ -92,6 +86,15 @@ def solve(
         raise no_design_yet(run)
     run.report()
     return run.design()
+
+
+def _uses_cp(solver: str) -> bool:
+    """Tell whether CP-SAT does the work; raise an error if the solver is not there."""
+    if solver == "cpsat":
+        ortools_access.cp_model()  # says what is missing
+    elif solver != "auto":
+        check_solver(solver)
+    return solver == "cpsat" or (solver == "auto" and ortools_access.available())
 
 
 def _why(problem: NetworkProblem, by_cp: bool, progress: Optional[Progress]) -> str:

@@ -113,6 +113,17 @@ def solve_mip(
     check_solver(solver)
     if solver == "highs":
         return _solve_highs(model, time_limit, gap, threads, on_incumbent, on_bound, cancelled)
+    return _solve_other(model, time_limit, gap, solver, start)
+
+
+def _solve_other(
+    model: LinearModel,
+    time_limit: float,
+    gap: float,
+    solver: str,
+    start: Optional[dict[Any, float]],
+) -> MipResult:
+    """Run any other solver of PuLP."""
     options: dict[str, Any] = {"msg": False, "timeLimit": max(1.0, time_limit), "gapRel": gap}
     if start is not None:
         for variable, first in start.items():

@@ -9,11 +9,10 @@ from typing import Optional
 import numpy as np
 
 from ..errors import CancelledError, InfeasibleError
-from .chords import chord_start
 from .cpmodel import CpNetwork
 from .cpsat import CpOptions, full_network, run_cp
 from .incumbent import Incumbent
-from .mipstrategy import mip_bound
+from .mipstrategy import mip_bound, straight_start
 from .problem import BoolArray
 from .search import WindowSearch
 from .structure import Structure
@@ -41,14 +40,6 @@ def no_design_yet(run: Incumbent) -> Exception:
         f"No street network was found in {run.deadline.elapsed:.0f} s, and none was proven "
         "impossible. Allow more time, a larger coverage range or dead ends."
     )
-
-
-def straight_start(run: Incumbent, index: Structure) -> None:
-    """Take a design of straight mesh lines if there is a valid one."""
-    if any(index.root[v] and mine for v, mine in enumerate(index.incident)):
-        active = chord_start(index, min(1.0, run.deadline.left))
-        if active is not None:
-            run.take(active)
 
 
 def first_start(run: Incumbent, index: Structure, seed: int) -> bool:

@@ -157,7 +157,6 @@ def structure(problem: NetworkProblem, *, strip: bool = True) -> Structure:
     else:
         cover += [(v, ()) for v in uncovered]
         terms += always
-    hard_ends = math.isinf(problem.dead_ends)
     return Structure(
         problem=problem,
         ends=ends,
@@ -168,7 +167,7 @@ def structure(problem: NetworkProblem, *, strip: bool = True) -> Structure:
         root=root,
         node=node,
         free=[v for v, mine in enumerate(incident) if mine and not street[v]],
-        two=[hard_ends and not exempt for exempt in may_end],
+        two=[math.isinf(problem.dead_ends) and not exempt for exempt in may_end],
         cost=(problem.weight_length * problem.edge_factor * problem.length).tolist(),
         reach=reach.tolist(),
         cover=cover,

@@ -62,11 +62,13 @@ def adopt_streets(mesh: QuadMesh, site: Site) -> tuple[QuadMesh, BoolArray]:
         if _least_sine(mesh, moved) < min(LEAST_SINE, _least_sine(mesh, mesh.vertices) - 0.02):
             continue
         targets = trial
-        for u, v in zip(path, path[1:], strict=False):
+        for u, v in zip(path, path[1:]):
             adopted[mesh.edge_between(u, v)] = True
     if not targets:
         return mesh, adopted
-    return dataclasses.replace(mesh, vertices=_moved(mesh, targets)), adopted
+    fixed = mesh.fixed.copy()
+    fixed[list(targets)] = True
+    return dataclasses.replace(mesh, vertices=_moved(mesh, targets), fixed=fixed), adopted
 
 
 def right_of_way(site: Site) -> shapely.Geometry:
@@ -114,9 +116,7 @@ def _path_along(mesh: QuadMesh, line: LineString) -> list[int]:
     if first == last or not nx.has_path(graph, first, last):
         return []
     path: list[int] = nx.shortest_path(graph, first, last, weight="weight")
-    length = sum(
-        mesh.lengths[mesh.edge_between(u, v)] for u, v in zip(path, path[1:], strict=False)
-    )
+    length = sum(mesh.lengths[mesh.edge_between(u, v)] for u, v in zip(path, path[1:]))
     return path if 0.6 * line.length < length < 1.6 * line.length else []
 
 

@@ -57,6 +57,7 @@ def align(
     level: IntArray,
     arrivals: Mapping[int, tuple[float, float]],
     held: Sequence[int] = (),
+    forbidden: shapely.Geometry | None = None,
 ) -> Alignment:
     """Straighten and curve the streets of a network, as far as that is safe.
 
@@ -72,6 +73,8 @@ def align(
         Vertices where a street continues an existing one -> its direction; they stay.
     held
         Further vertices that stay: those on existing streets inside the mesh.
+    forbidden
+        Lines or areas that no street may meet, besides the site's obstacles.
     """
     ways = chains(mesh, level)
     straight = _straightened(site, mesh, ways, arrivals, held)
@@ -81,7 +84,7 @@ def align(
             lines = _drawn(mesh, ways, positions, curved)
             if share == 0.0 and not curved:
                 break
-            if _safe(site, mesh, lines):
+            if _safe(site, mesh, lines, forbidden):
                 return Alignment(positions, lines, ways)
     return Alignment(mesh.vertices.copy(), _drawn(mesh, ways, mesh.vertices, False), ways)
 
@@ -103,7 +106,7 @@ def _straightened(
         rows = _Rows(len(start))
         _stay_rows(rows, site, mesh, used, arrivals)
         for way in ways:
-            for a, b, c in zip(way, way[1:], way[2:], strict=False):
+            for a, b, c in zip(way, way[1:], way[2:]):
                 _straight_row(rows, now, a, b, c, sparse_bends=turn > 3)
         _square_rows(rows, now, ways, arrivals)
         moved = rows.solve(now, used) - start
@@ -135,7 +138,7 @@ class _Rows:
         columns[1::2] += 1
         place = np.full(2 * self.n, -1)
         place[columns] = np.arange(len(columns))
-        r, c, x = (np.array(part) for part in zip(*self.entries, strict=True))
+        r, c, x = (np.array(part) for part in zip(*self.entries))
         matrix = sparse.csr_matrix(
             (x, (r.astype(int), place[c.astype(int)])), shape=(len(self.right), len(columns))
         )
@@ -194,7 +197,7 @@ def _square_rows(
     """Turn legs square to the street they meet, and arrivals into their street's direction."""
     through: dict[int, tuple[int, int]] = {}
     for way in ways:
-        for a, b, c in zip(way, way[1:], way[2:], strict=False):
+        for a, b, c in zip(way, way[1:], way[2:]):
             through[b] = (a, c)
     for way in ways:
         for end, nxt in ((way[0], way[1]), (way[-1], way[-2])):
@@ -219,7 +222,7 @@ def _drawn(
     for way in ways:
         points = positions[list(way)]
         tangents = _tangents(points, closed=way[0] == way[-1]) if curved else None
-        for i, (u, v) in enumerate(zip(way, way[1:], strict=False)):
+        for i, (u, v) in enumerate(zip(way, way[1:])):
             piece = points[i : i + 2]
             if tangents is not None:
                 piece = _hermite(points[i], points[i + 1], tangents[i], tangents[i + 1])
@@ -266,8 +269,15 @@ def _hermite(p: FloatArray, q: FloatArray, tp: FloatArray, tq: FloatArray) -> Fl
     return bow
 
 
-def _safe(site: Site, mesh: QuadMesh, lines: Mapping[int, FloatArray]) -> bool:
+def _safe(
+    site: Site,
+    mesh: QuadMesh,
+    lines: Mapping[int, FloatArray],
+    forbidden: shapely.Geometry | None,
+) -> bool:
     """Tell whether lines meet at their ends only and stay on good ground."""
+    if not lines:
+        return True
     edges = sorted(lines)
     shapes = np.array([LineString(lines[e]) for e in edges])
     if not shapely.is_simple(shapes).all():
@@ -288,6 +298,8 @@ def _safe(site: Site, mesh: QuadMesh, lines: Mapping[int, FloatArray]) -> bool:
     outside = shapely.length(shapely.difference(shapes, ground))
     # a mesh on a cleaned outline may itself be outside by a little
     if (outside > shapely.length(shapely.difference(chords, ground)) + 1.0).any():
+        return False
+    if forbidden is not None and shapely.intersects(shapes, forbidden).any():
         return False
     obstacles = site.obstacle_union
     if obstacles.is_empty:

@@ -137,4 +137,4 @@ def split_at(
         if a - cuts[-1] > shortest and line.length - a > shortest:
             cuts.append(a)
     cuts.append(line.length)
-    return [substring(line, a, b) for a, b in zip(cuts, cuts[1:], strict=False)]
+    return [substring(line, a, b) for a, b in zip(cuts, cuts[1:])]

@@ -23,6 +23,7 @@ from .blocks import Block, blocks, reach_edge
 from .fitting import block_misfit, site_meshes
 from .joints import connectors, trim_ends
 from .levels import LevelledNetwork, design_levels
+from .make_way import make_way
 from .segments import Segment, segments
 from .survey import Ground, Wishes, arriving_streets, survey
 
@@ -221,6 +222,7 @@ def _plan_on(
     """Design the streets of one site on one mesh."""
     progress.stage(f"{site.name}: reading the ground", 0.3)
     mesh, adopted = adopt_streets(mesh, site)
+    mesh = make_way(mesh, site)
     ground = survey(site, mesh, spec, attracted=arrivals, wishes=wishes, adopted=adopted)
     refine = _refiner(site, spec, arrivals, wishes) if spec.rules == "paper" else None
     network = design_levels(ground, spec, seconds=seconds, refine=refine, progress=progress)
@@ -241,7 +243,7 @@ def draw_plan(network: LevelledNetwork, arrivals: Sequence[AccessPoint] = ()) ->
     directions = {v: point.direction for v, point in ground.arrivals.items()}
     mesh = ground.mesh
     kept = np.unique(mesh.edges[ground.street & ~mesh.boundary_edges]).tolist()
-    alignment = align(ground.site, mesh, level, directions, kept)
+    alignment = align(ground.site, mesh, level, directions, kept, ground.forbidden)
     alignment = trim_ends(ground, level, alignment)
     joints = connectors(ground, level, alignment)
     lines = [LineString(line) for line in alignment.lines.values()]

@@ -111,7 +111,7 @@ def _pieces(ground: Ground, level: IntArray, alignment: Alignment) -> list[_Piec
     for way in alignment.chains:
         path = [way[0]]
         previous = 0
-        for u, v in zip(way, way[1:], strict=False):
+        for u, v in zip(way, way[1:]):
             own = int(level[mesh.edge_between(u, v)])
             if len(path) > 1 and (node[u] or own != previous):
                 found.append(_piece(mesh, alignment, path, previous))
@@ -125,7 +125,7 @@ def _pieces(ground: Ground, level: IntArray, alignment: Alignment) -> list[_Piec
 def _piece(mesh: QuadMesh, alignment: Alignment, path: Sequence[int], level: int) -> _Piece:
     """Join the lines along a path of vertices."""
     points: list[FloatArray] = []
-    for u, v in zip(path, path[1:], strict=False):
+    for u, v in zip(path, path[1:]):
         edge = mesh.edge_between(u, v)
         line = alignment.lines[edge]
         line = line if mesh.edges[edge, 0] == u else line[::-1]
@@ -164,7 +164,7 @@ def _node_distances(ground: Ground, pieces: Sequence[_Piece]) -> dict[int, float
     # parallel pieces between two nodes: the shorter one counts
     graph = sparse.coo_matrix((lengths, (rows, columns)), shape=(len(nodes),) * 2)
     shortest = graph.tolil()
-    for r, c, length in zip(rows, columns, lengths, strict=True):
+    for r, c, length in zip(rows, columns, lengths):
         shortest[r, c] = min(length, shortest[r, c])
     everywhere = bool(ground.sinks[mesh.edges[kept]].all()) and len(kept) > 0
     sinks = [place[v] for v in nodes if (v < 0 and everywhere) or (v >= 0 and ground.sinks[v])]

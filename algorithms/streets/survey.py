@@ -98,6 +98,8 @@ class Ground:
         Boundary vertex -> the access point that it meets.
     green_faces
         Faces that lie mostly on obstacles: they need no street.
+    forbidden
+        Where the planner wants no street, besides obstacles; may be empty.
     """
 
     site: Site
@@ -108,6 +110,7 @@ class Ground:
     sinks: BoolArray
     arrivals: dict[int, AccessPoint]
     green_faces: frozenset[int]
+    forbidden: shapely.Geometry
 
     @property
     def free(self) -> BoolArray:
@@ -179,13 +182,25 @@ def survey(
     )
     if adopted is not None:
         street |= adopted
-    blocked = shapely.union_all([*site.obstacles, *wishes.forbidden])
-    barred = (_foreign(site, mesh) | _overlaps(mesh, blocked)) & ~street
+    forbidden = shapely.union_all(np.array([*wishes.forbidden], dtype=object))
+    # a forbidden line has no width: to cross it at all is too much
+    blocked = _overlaps(mesh, site.obstacle_union, TOUCH) | _overlaps(mesh, forbidden, 0.0)
+    barred = (_foreign(site, mesh) | blocked) & ~street
     barred |= mesh.boundary_edges & ~street
     arrivals = {v: attracted[i] for v, i in mesh.attracted.items() if i < len(attracted)}
     required = _required_edges(site, mesh, barred | mesh.boundary_edges, wishes)
     sinks = _sinks(site, mesh, spec, street, arrivals, wishes)
-    return Ground(site, mesh, street, barred, required, sinks, arrivals, _green_faces(mesh, site))
+    return Ground(
+        site,
+        mesh,
+        street,
+        barred,
+        required,
+        sinks,
+        arrivals,
+        _green_faces(mesh, site),
+        forbidden,
+    )
 
 
 def _along_frontage(site: Site, mesh: QuadMesh) -> BoolArray:
@@ -219,8 +234,8 @@ def _foreign(site: Site, mesh: QuadMesh) -> BoolArray:
     return mark
 
 
-def _overlaps(mesh: QuadMesh, blocked: shapely.Geometry) -> BoolArray:
-    """Mark edges that run on blocked ground for more than a touch."""
+def _overlaps(mesh: QuadMesh, blocked: shapely.Geometry, limit: float) -> BoolArray:
+    """Mark edges that run on blocked ground for more than `limit` metres."""
     if blocked.is_empty:
         return np.zeros(len(mesh.edges), dtype=np.bool_)
     lines = shapely.linestrings(mesh.vertices[mesh.edges])
@@ -229,8 +244,6 @@ def _overlaps(mesh: QuadMesh, blocked: shapely.Geometry) -> BoolArray:
     hit = shapely.intersects(ground, lines)
     inside = shapely.length(shapely.intersection(lines[hit], ground))
     mark = np.zeros(len(mesh.edges), dtype=np.bool_)
-    # a forbidden line has no width: crossing it at all is too much
-    limit = TOUCH if blocked.area > 0 else 0.0
     mark[np.flatnonzero(hit)] = inside > limit
     return mark
 
@@ -285,7 +298,7 @@ def _required_edges(site: Site, mesh: QuadMesh, barred: BoolArray, wishes: Wishe
                 layer="Required streets",
                 feature=wishes.required_id(i),
             ) from None
-        for u, v in zip(path, path[1:], strict=False):
+        for u, v in zip(path, path[1:]):
             mark[graph[u][v]["edge"]] = True
     return mark
 

@@ -111,22 +111,7 @@ class ValidateNetwork(Tool):
             default=72.0,
             minimum=1.0,
         )
-        yield parameters.layer(
-            "REQUIRED",
-            "Required streets",
-            "Lines along which there must be a street.",
-            "line",
-            optional=True,
-            advanced=True,
-        )
-        yield parameters.layer(
-            "FORBIDDEN",
-            "Forbidden places",
-            "Lines that no street may meet.",
-            "line",
-            optional=True,
-            advanced=True,
-        )
+        yield from _wishes()
         yield from rules.checked_rules()
 
     def compute(self, request: Request, progress: FeedbackProgress) -> Result:
@@ -169,6 +154,26 @@ class ValidateNetwork(Tool):
                 }
             ),
         )
+
+
+def _wishes() -> Iterator[QgsProcessingParameterDefinition]:
+    """Yield the lines where streets must and must not be."""
+    yield parameters.layer(
+        "REQUIRED",
+        "Required streets",
+        "Lines along which there must be a street.",
+        "line",
+        optional=True,
+        advanced=True,
+    )
+    yield parameters.layer(
+        "FORBIDDEN",
+        "Forbidden places",
+        "Lines that no street may meet.",
+        "line",
+        optional=True,
+        advanced=True,
+    )
 
 
 def describe(problems: Any, layer: str) -> Any:

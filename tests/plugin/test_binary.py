@@ -256,11 +256,12 @@ def interrupted(environment, words, cue, patience=60.0):
     return said, time.monotonic() - sent
 
 
-def test_an_interrupt_keeps_the_best_design(environment, big_site, tmp_path: Path):
+@pytest.mark.parametrize("cue", ["Best design", "Local streets"])
+def test_an_interrupt_keeps_the_best_design(environment, big_site, tmp_path: Path, cue):
     words = tool(
         "designstreets", INPUT=big_site, TIME_LIMIT=90, GAP=0, STREETS=tmp_path / "streets.gpkg"
     )
-    said, seconds = interrupted(environment, words, "Best design")
+    said, seconds = interrupted(environment, words, cue)
     assert re.search(r"Cancelled.* gap is [\d.]+ %", said), said
     assert [s for s in rows(tmp_path / "streets.gpkg") if s["status"] == "new"]
     assert seconds < 10
