@@ -87,7 +87,7 @@ def _one(key: str, file: Path, spec: Specification) -> tuple[StreetPlan, gpd.Geo
         layers["streets"],
         site=ground["site"],
         obstacles=ground["site_obstacles"],
-        sinks=None if spec.sink_mode == "streets" else layers["junctions"].query("is_sink"),
+        sinks=layers["junctions"].query("is_sink") if spec.sink_mode == "access" else None,
         dead_ends=spec.dead_ends,
     )
     wrong = report.problems[report.problems["severity"] == "error"]

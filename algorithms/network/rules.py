@@ -213,7 +213,9 @@ def block_width_corners(
     return clauses
 
 
-def small_blocks(mesh: QuadMesh, usable: BoolArray, width: float, weight: float) -> list[Pattern]:
+def small_blocks(
+    mesh: QuadMesh, usable: BoolArray, candidate: BoolArray, width: float, weight: float
+) -> list[Pattern]:
     """Price blocks of one small cell: thinner than 0.62 widths, or of two thirds of the usual area.
 
     Parameters
@@ -222,6 +224,9 @@ def small_blocks(mesh: QuadMesh, usable: BoolArray, width: float, weight: float)
         The candidate mesh; its edge length is the block width.
     usable
         Shape (e,). Edges that are or may become streets.
+    candidate
+        Shape (e,). Edges that may be chosen. A cell with two existing sides is left out: in
+        an arm of the site that is narrower than a block, small blocks are what there can be.
     width
         Wished block width in metres.
     weight
@@ -231,7 +236,7 @@ def small_blocks(mesh: QuadMesh, usable: BoolArray, width: float, weight: float)
     across = (sides[:, :2] + sides[:, 2:]) / 2
     areas = shapely.area(shapely.polygons(mesh.vertices[mesh.faces]))
     small = (across.min(axis=1) < 0.62 * width) | (areas < 0.66 * width**2)
-    small &= usable[mesh.face_edges].all(axis=1)
+    small &= usable[mesh.face_edges].all(axis=1) & (candidate[mesh.face_edges].sum(axis=1) > 2)
     return [
         Pattern(tuple(sorted(mesh.face_edges[f].tolist())), (), weight, "small block")
         for f in np.flatnonzero(small).tolist()

@@ -17,7 +17,7 @@ from .mipstrategy import solve_by_mip
 from .problem import BoolArray, Design, NetworkProblem
 from .solvers import check_solver
 from .strategies import first_start, no_design_yet, solve_by_cp
-from .structure import structure
+from .structure import Structure, structure
 
 #: Seconds for finding out which rules are in conflict.
 DIAGNOSIS = 5.0
@@ -75,12 +75,7 @@ def solve(
     run.raise_bound(index.fixed)
     if start is not None:
         run.take(np.asarray(start, dtype=bool))
-    possible = not index.conflicts
-    if possible and by_cp:
-        possible = solve_by_cp(run, index, seed)
-    elif possible:
-        possible = solve_by_mip(run, index, seed, "highs" if solver == "auto" else solver)
-    if not possible:
+    if index.conflicts or not _search(run, index, seed, solver, by_cp):
         raise InfeasibleError(_why(problem, by_cp, progress))
     if run.best is None:
         raise no_design_yet(run)
@@ -95,6 +90,13 @@ def _uses_cp(solver: str) -> bool:
     elif solver != "auto":
         check_solver(solver)
     return solver == "cpsat" or (solver == "auto" and ortools_access.available())
+
+
+def _search(run: Incumbent, index: Structure, seed: int, solver: str, by_cp: bool) -> bool:
+    """Run the strategy of a solver; return False if there is no valid design."""
+    if by_cp:
+        return solve_by_cp(run, index, seed)
+    return solve_by_mip(run, index, seed, "highs" if solver == "auto" else solver)
 
 
 def _why(problem: NetworkProblem, by_cp: bool, progress: Optional[Progress]) -> str:

@@ -15,7 +15,7 @@ from ..site.types import AccessPoint, Site
 from .blocks import Block
 
 #: Edge lengths tried, as shares of the block width; cells vary around what is asked.
-CELLS = (1.0, 0.93, 0.87)
+CELLS = (1.0, 0.96, 0.93, 1.05, 0.9)
 #: Width of a cell that fits best, as a share of the block width.
 FIT = 0.95
 #: What arriving streets that no mesh line meets count against the fit of cells.

@@ -112,7 +112,9 @@ def _planner(
     carry_on = weights.carry_on if spec.weight_continue is None else spec.weight_continue
     clauses = rules.continuations(mesh, directions, candidate, carry_on) if carry_on else []
     if final:
-        patterns += rules.small_blocks(mesh, usable, spec.block_width, weights.small_block)
+        patterns += rules.small_blocks(
+            mesh, usable, candidate, spec.block_width, weights.small_block
+        )
         clauses += _block_clauses(ground, spec, usable, weights)
     else:
         longest = 1.1 * max(spec.block_length, 3 * mesh.edge_length)

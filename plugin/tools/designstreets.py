@@ -170,11 +170,13 @@ def _check(found: dict[str, Any], around: dict[str, Any], plan: Any) -> Any:
 
     asked = plan.specification
     junctions = found["junctions"]
+    # where the whole edge, or every street at it, leads out, the checker looks for itself
+    everywhere = asked.sink_mode in ("streets", "boundary")
     return validate_network(
         found["streets"].set_index("street_id", drop=False),
         site=around["site"],
         obstacles=around["site_obstacles"],
-        sinks=None if asked.sink_mode == "streets" else junctions[junctions["is_sink"]],
+        sinks=None if everywhere else junctions[junctions["is_sink"]],
         edge_length=edge_length(asked),
         dead_ends=asked.dead_ends,
         zigzags=asked.zigzags or 0.0,
