@@ -208,11 +208,24 @@ def _exits(
 ) -> BoolArray:
     """Tell which nodes are sinks, shape (n,)."""
     if sinks is None:
-        return around.sink_nodes(layer)
+        return around.sink_nodes(layer) | _led_out(layer, around)
     exits = np.zeros(len(layer.graph.nodes), dtype=bool)
     points = shapely.get_coordinates(read_union(sinks, layer.crs, "Sinks"))
     exits[sink_nodes_near(layer, points, edge_length / 2)] = True
     return exits
+
+
+def _led_out(layer: StreetLayer, around: Surroundings) -> BoolArray:
+    """Tell which nodes are outer ends of connectors: the road that they lead to goes on."""
+    graph = layer.graph
+    degree = np.bincount(graph.ends.ravel(), minlength=len(graph.nodes))
+    ends = np.zeros(len(graph.nodes), dtype=bool)
+    ends[graph.ends[layer.connector].ravel()] = True
+    ends &= degree == 1
+    if not around.site.is_empty and ends.any():
+        outer = np.flatnonzero(ends)
+        ends[outer] = ~shapely.contains_xy(around.site, graph.nodes[outer])
+    return ends
 
 
 def _lengths(layer: StreetLayer, sinks: BoolArray) -> dict[str, float]:

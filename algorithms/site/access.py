@@ -12,7 +12,7 @@ import shapely
 from shapely.geometry import LineString, Point, Polygon
 from shapely.ops import substring
 
-from .roads import RoadNetwork
+from .roadnetwork import RoadNetwork, Section
 from .types import AccessPoint
 
 STEEP = 40.0

@@ -12,7 +12,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from shapely.geometry import Polygon
 
+from ..progress import Progress
 from .repair import GRID, NO_AREA, Geometries, Problems, overlay, rounded
+from .watch import aside, ask, chunks, in_chunks
 
 GAP = 1.0
 """Gaps between polygons up to this width are closed, metres."""
@@ -36,7 +38,12 @@ _Piece = Tuple[Polygon, List[Any]]
 
 
 def dissolve(
-    polygons: Geometries, ids: Geometries, layer: str, crs: CRS, problems: Problems
+    polygons: Geometries,
+    ids: Geometries,
+    layer: str,
+    crs: CRS,
+    problems: Problems,
+    progress: Progress | None = None,
 ) -> list[tuple[Polygon, list[Any]]]:
     """Dissolve adjoining polygons; disjoint ones stay apart.
 
@@ -52,33 +59,43 @@ def dissolve(
         CRS of the polygons.
     problems
         Takes the findings.
+    progress
+        Asked for cancellation, or None.
 
     Returns
     -------
     list of (Polygon, list of ids)
         One polygon per site, exterior counter-clockwise, with the ids of the features it is
         made of; ordered by the first of them.
+
+    Raises
+    ------
+    CancelledError
+        If the caller cancels.
     """
     # one order of vertices, for buffers differ by a hair with it
-    pieces = [(p, [feature]) for p, feature in zip(_canonical(polygons), ids.tolist())]
+    ordered = in_chunks(_canonical, polygons, progress)
+    pieces = [(p, [feature]) for p, feature in zip(ordered, ids.tolist())]
     # filling one gap may bring two sites within reach of each other, and cutting a needle may
     # bare another: repeat until nothing changes, so that a prepared site stays as it is
     for _ in range(_ROUNDS):
-        after = _round(pieces, layer, crs, problems)
+        after = _round(pieces, layer, crs, problems, progress)
         if _same(pieces, after):
             break
         pieces = after
     return after if pieces else []
 
 
-def _round(pieces: list[_Piece], layer: str, crs: CRS, problems: Problems) -> list[_Piece]:
+def _round(
+    pieces: list[_Piece], layer: str, crs: CRS, problems: Problems, progress: Progress | None
+) -> list[_Piece]:
     """Join what adjoins and clean each result."""
     polygons = np.array([p for p, _ in pieces], dtype=object)
-    groups = _groups(polygons)
+    groups = _groups(polygons, progress)
     single = np.array([m[0] for m in groups if len(m) == 1], dtype=np.intp)
     tidy = np.zeros(len(polygons), dtype=bool)
-    tidy[single] = _tidy(polygons[single])
-    ordered = _canonical(polygons)
+    tidy[single] = in_chunks(_tidy, polygons[single], progress)
+    ordered = in_chunks(_canonical, polygons, progress)
     result: list[_Piece] = []
     for members in groups:
         if len(members) == 1 and tidy[members[0]]:
@@ -86,10 +103,11 @@ def _round(pieces: list[_Piece], layer: str, crs: CRS, problems: Problems) -> li
             continue
         own = list(dict.fromkeys(f for k in members for f in pieces[k][1]))
         if len(members) == 1:
-            result += [(p, own) for p in _clean(polygons[members[0]], layer, own[0], crs, problems)]
+            result += _cleaned(polygons[members], own, layer, crs, problems, progress)
             continue
         findings = Problems()
-        joined = _join(polygons[members], [pieces[k][1] for k in members], layer, crs, findings)
+        owners = [pieces[k][1] for k in members]
+        joined = aside(_join, polygons[members], progress, owners, layer, crs, findings)
         overlap = np.sum(shapely.area(polygons[members])) - sum(p.area for p, _ in joined)
         if len(joined) < len(members) or overlap > NEEDLE:
             problems.extend(findings)
@@ -97,9 +115,28 @@ def _round(pieces: list[_Piece], layer: str, crs: CRS, problems: Problems) -> li
             continue
         # closing gaps has joined nothing that holds: leave each as it is
         for k in members:
-            own = pieces[k][1]
-            result += [(p, own) for p in _clean(polygons[k], layer, own[0], crs, problems)]
+            alone = polygons[k : k + 1]
+            result += _cleaned(alone, pieces[k][1], layer, crs, problems, progress)
     return result
+
+
+def _cleaned(
+    alone: Geometries,
+    own: list[Any],
+    layer: str,
+    crs: CRS,
+    problems: Problems,
+    progress: Progress | None,
+) -> list[_Piece]:
+    """Clean one polygon, given as an array of shape (1,)."""
+    findings = Problems()  # a cancelled thread may still add to it
+
+    def work(polygons: Geometries) -> list[Polygon]:
+        return _clean(polygons[0], layer, own[0], crs, findings)
+
+    cleaned = aside(work, alone, progress)
+    problems.extend(findings)
+    return [(p, own) for p in cleaned]
 
 
 def _join(
@@ -153,12 +190,18 @@ def _same(before: list[_Piece], after: list[_Piece]) -> bool:
     return bool(np.all(shapely.equals_exact(a, b, 0.0)))
 
 
-def _groups(polygons: Geometries) -> list[npt.NDArray[np.intp]]:
+def _groups(polygons: Geometries, progress: Progress | None) -> list[npt.NDArray[np.intp]]:
     """Group polygons that lie within `GAP` of each other; indices, in order of the first."""
     n = len(polygons)
     if n == 0:
         return []
-    a, b = shapely.STRtree(polygons).query(polygons, predicate="dwithin", distance=GAP)
+    tree = shapely.STRtree(polygons)
+    pairs = []
+    for part in chunks(polygons):
+        ask(progress)
+        found = tree.query(polygons[part], predicate="dwithin", distance=GAP)
+        pairs.append(found + np.array([[part.start], [0]]))
+    a, b = np.concatenate(pairs, axis=1)
     graph = coo_array((np.ones(len(a), dtype=np.int8), (a, b)), shape=(n, n))
     _, label = connected_components(graph, directed=False)
     _, first = np.unique(label, return_index=True)

@@ -16,7 +16,7 @@ import shapely
 from shapely.geometry import LineString, MultiLineString, Polygon
 from shapely.ops import substring
 
-from .roads import RoadNetwork
+from .roadnetwork import RoadNetwork, Section
 from .types import BoundaryStreet
 
 STEP = 2.0
@@ -75,11 +75,15 @@ class Frontage:
         Centre lines beside them, cut at junctions.
     lines
         Indices of the roads of the network that these are parts of.
+    reaches
+        The parts of the network that are `streets`: index of the line, start and end along
+        it, metres, one for each street.
     """
 
     stretches: MultiLineString
     streets: list[BoundaryStreet]
     lines: frozenset[int]
+    reaches: list[tuple[int, float, float]]
 
 
 def frontage(polygon: Polygon, roads: RoadNetwork, snap_distance: float) -> Frontage:
@@ -110,9 +114,13 @@ def frontage(polygon: Polygon, roads: RoadNetwork, snap_distance: float) -> Fron
         beside.append((line[use], position[use]))
     lines = np.concatenate([b[0] for b in beside])
     positions = np.concatenate([b[1] for b in beside])
-    streets = _boundary_streets(roads, lines, positions, snap_distance)
     used = frozenset(int(j) for j in np.unique(lines))
-    return Frontage(MultiLineString(stretches), streets, used)
+    streets, reaches = [], []
+    for j, section, start, end in _along(roads, lines, positions, snap_distance):
+        piece = substring(roads.lines[j], start, end)
+        streets.append(BoundaryStreet(piece, section.name, section.kind))
+        reaches.append((j, start, end))
+    return Frontage(MultiLineString(stretches), streets, used, reaches)
 
 
 def sample_ring(ring: LineString) -> RingSamples:
@@ -263,23 +271,40 @@ def _stretches(samples: RingSamples, flags: npt.NDArray[np.bool_]) -> list[LineS
     return result
 
 
-def _boundary_streets(
+def _along(
     roads: RoadNetwork, lines: IntArray, positions: FloatArray, snap_distance: float
-) -> list[BoundaryStreet]:
-    """Cut out of the roads what runs beside the frontage."""
-    streets = []
-    for j in np.unique(lines):
-        road = roads.lines[j]
+) -> list[tuple[int, Section, float, float]]:
+    """Find what of the roads runs beside the frontage: line, section, start and end."""
+    result = []
+    for j in np.unique(lines).tolist():
+        sections = roads.sections[j]
+        cuts = np.array([0.0, *(s.end for s in sections)])
         own = np.sort(positions[lines == j])
         for run in np.split(own, np.flatnonzero(np.diff(own) > CLOSE_GAPS) + 1):
             start, end = float(run[0]), float(run[-1])
-            # junctions a street width further on belong to the street
-            start = 0.0 if start <= snap_distance else start
-            end = road.length if end >= road.length - snap_distance else end
-            if end - start > SCRAP / 2:
-                piece = substring(road, start, end)
-                streets.append(BoundaryStreet(piece, str(roads.names[j]), str(roads.kinds[j])))
-    return streets
+            low = _rounded_out(start, cuts, snap_distance)
+            high = -_rounded_out(-end, -cuts[::-1], snap_distance)
+            if high - low <= SCRAP / 2:
+                continue
+            for section in sections:
+                a, b = max(low, section.start), min(high, section.end)
+                if b - a > 0.0:
+                    result.append((j, section, a, b))
+    return result
+
+
+def _rounded_out(start: float, cuts: FloatArray, snap_distance: float) -> float:
+    """Move the start of a run to where the road is cut, if that is near.
+
+    Junctions a street width further on belong to the street; but a scrap of a section
+    under another name does not, unless that section is no more than a scrap itself.
+    """
+    before, after = cuts[cuts <= start], cuts[cuts > start]
+    back = start - before[-1] if len(before) > 0 else np.inf
+    # the last cut is the end of the road
+    if len(after) > 1 and after[0] - start < SCRAP / 2 < back:
+        return float(after[0])
+    return float(before[-1]) if back <= snap_distance else start
 
 
 def _xy(points: npt.NDArray[Any]) -> FloatArray:

@@ -11,15 +11,17 @@ import shapely
 from pyproj import CRS
 from shapely.geometry import LineString, MultiLineString, Point, Polygon
 
-from ..errors import CancelledError, InputError
+from ..errors import InputError
 from ..progress import Progress, Silent
 from .access import access_points
 from .crs import DISTORTION, distortion, layer_crs, transformer, working_crs
 from .dissolve import dissolve
 from .frontage import frontage
 from .repair import NO_AREA, POLYGON_TYPE, Geometries, Problems, overlay, repair_polygons
-from .roads import RoadLayer, RoadNetwork
+from .roadnetwork import RoadNetwork
+from .roads import RoadLayer
 from .types import AccessPoint, BoundaryStreet, PreparedSites, Site
+from .watch import ask, in_chunks
 
 SMALLEST_OBSTACLE = 25.0
 """Smaller obstacles are left out, square metres."""
@@ -104,13 +106,13 @@ def prepare_sites(
     progress.stage("Reading the site", 0.0)
     problems = Problems()
     source_crs = layer_crs(polygons, polygon_layer)
-    pieces = _sites_of(polygons, source_crs, polygon_layer, problems)
+    pieces = _sites_of(polygons, source_crs, polygon_layer, problems, progress)
     task = _Task(
         source_crs,
         polygon_layer,
         None if roads is None else RoadLayer(roads, road_layer, progress),
         road_layer,
-        None if obstacles is None else _Obstacles(obstacles, obstacle_layer, problems),
+        None if obstacles is None else _Obstacles(obstacles, obstacle_layer, problems, progress),
         snap_distance,
         inner_roads,
         problems,
@@ -118,8 +120,7 @@ def prepare_sites(
     names = _names(polygons)
     sites = []
     for k, (polygon, crs, own) in enumerate(pieces):
-        if progress.cancelled():
-            raise CancelledError("Cancelled while the sites were prepared.")
+        ask(progress)
         progress.stage(f"Preparing site {k + 1} of {len(pieces)}", (k + 0.5) / len(pieces))
         name = names.get(own[0], "") if len(own) == 1 else ""
         sites.append(_one_site(task, polygon, crs, own[0], k + 1, name or f"Site {k + 1}"))
@@ -134,13 +135,16 @@ def prepare_sites(
 class _Obstacles:
     """An obstacle layer, projected once per working CRS."""
 
-    def __init__(self, frame: gpd.GeoDataFrame, layer: str, problems: Problems) -> None:
+    def __init__(
+        self, frame: gpd.GeoDataFrame, layer: str, problems: Problems, progress: Progress
+    ) -> None:
         self.crs = layer_crs(frame, layer)
         self.layer = layer
         self._geometry = np.asarray(frame.geometry.array, dtype=object)
         self._ids = frame.index.to_numpy()
         self._bounds = shapely.bounds(self._geometry).reshape(-1, 4)
         self._problems = problems
+        self._progress = progress
 
     def inside(self, polygon: Polygon, crs: CRS) -> list[Polygon]:
         """Repair the obstacles that touch a site and clip them to it."""
@@ -155,8 +159,8 @@ class _Obstacles:
         if len(geometry) == 0:
             return []
         if self.crs != crs:
-            geometry = gpd.GeoSeries(geometry, crs=self.crs).to_crs(crs).to_numpy()
-        areas, ids = repair_polygons(geometry, ids, self.layer, crs, self._problems)
+            geometry = _project(geometry, self.crs, crs, self._progress)
+        areas, ids = repair_polygons(geometry, ids, self.layer, crs, self._problems, self._progress)
         shapely.prepare(polygon)
         edge = ~shapely.covers(polygon, areas)
         areas[edge] = overlay(shapely.intersection, areas[edge], polygon)
@@ -171,7 +175,11 @@ class _Obstacles:
 
 
 def _sites_of(
-    polygons: gpd.GeoDataFrame, source_crs: CRS, layer: str, problems: Problems
+    polygons: gpd.GeoDataFrame,
+    source_crs: CRS,
+    layer: str,
+    problems: Problems,
+    progress: Progress,
 ) -> list[tuple[Polygon, CRS, list[Any]]]:
     """Repair and dissolve; each site comes with its working CRS and the ids it is made of."""
     geometry = np.asarray(polygons.geometry.array, dtype=object).copy()
@@ -186,8 +194,9 @@ def _sites_of(
     total = np.concatenate([finite[:, :2].min(axis=0), finite[:, 2:].max(axis=0)])
     crs = working_crs(source_crs, total, layer)
     ids = polygons.index.to_numpy()
-    areas, own = repair_polygons(_project(geometry, source_crs, crs), ids, layer, crs, problems)
-    pieces = dissolve(areas, own, layer, crs, problems)
+    geometry = _project(geometry, source_crs, crs, progress)
+    areas, own = repair_polygons(geometry, ids, layer, crs, problems, progress)
+    pieces = dissolve(areas, own, layer, crs, problems, progress)
     if not pieces:
         raise InputError(
             "none of its polygons has an area that could be designed.",
@@ -207,7 +216,7 @@ def _sites_of(
         if near == crs:
             result.append((polygon, crs, features))
         else:
-            moved = _project(np.array([polygon], dtype=object), crs, near)
+            moved = _project(np.array([polygon], dtype=object), crs, near, progress)
             fixed, own = repair_polygons(moved, np.array([features[0]]), layer, near, problems)
             fresh = dissolve(fixed, own, layer, near, problems)
             result += [(p, near, features) for p, _ in fresh]
@@ -219,11 +228,15 @@ def _sites_of(
     return result
 
 
-def _project(geometry: Geometries, source: CRS, target: CRS) -> Geometries:
+def _project(geometry: Geometries, source: CRS, target: CRS, progress: Progress) -> Geometries:
     if source == target:
         return geometry
-    moved: Geometries = gpd.GeoSeries(geometry, crs=source).to_crs(target).to_numpy()
-    return moved
+
+    def move(part: Geometries) -> Geometries:
+        moved: Geometries = gpd.GeoSeries(part, crs=source).to_crs(target).to_numpy()
+        return moved
+
+    return in_chunks(move, geometry, progress)
 
 
 def _names(polygons: gpd.GeoDataFrame) -> dict[Any, str]:

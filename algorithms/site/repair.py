@@ -11,6 +11,9 @@ import shapely
 from pyproj import CRS
 from shapely.geometry import Polygon
 
+from ..progress import Progress
+from .watch import ask, in_chunks
+
 GRID = 1e-3
 """Side of the grid to which site coordinates are rounded, metres."""
 
@@ -114,6 +117,7 @@ def repair_polygons(
     layer: str,
     crs: CRS,
     problems: Problems,
+    progress: Progress | None = None,
 ) -> tuple[Geometries, Geometries]:
     """Turn the geometries of a layer into valid single polygons on the grid.
 
@@ -129,6 +133,8 @@ def repair_polygons(
         CRS of the geometries.
     problems
         Takes the findings.
+    progress
+        Asked for cancellation, or None.
 
     Returns
     -------
@@ -136,9 +142,15 @@ def repair_polygons(
         Shape (m,), valid polygons with an area, in the order of the input.
     ids : ndarray
         Feature id of each, shape (m,).
+
+    Raises
+    ------
+    CancelledError
+        If the caller cancels.
     """
     geometries, ids = _drop_unusable(geometries, ids, layer, crs, problems)
-    for i in np.flatnonzero(~shapely.is_valid(geometries)):
+    for i in np.flatnonzero(~in_chunks(shapely.is_valid, geometries, progress)):
+        ask(progress)
         reason = f"invalid: {shapely.is_valid_reason(geometries[i])}"
         problems.add(layer, ids[i], reason, "made valid", "info", geometries[i], crs)
         geometries[i] = make_valid(geometries[i])
@@ -147,7 +159,7 @@ def repair_polygons(
     for i in np.flatnonzero(count > 1):
         what = f"has {count[i]} parts"
         problems.add(layer, ids[i], what, "split into its parts", "info", geometries[i], crs)
-    snapped, origin = _snap(parts, origin, ids, layer, crs, problems)
+    snapped, origin = _snap(parts, origin, ids, layer, crs, problems, progress)
     for i in np.setdiff1d(np.arange(len(geometries)), origin):
         problems.add(layer, ids[i], "has no area", "skipped", "error", geometries[i], crs)
     return snapped, ids[origin]
@@ -267,10 +279,11 @@ def _snap(
     layer: str,
     crs: CRS,
     problems: Problems,
+    progress: Progress | None,
 ) -> tuple[Geometries, npt.NDArray[np.intp]]:
     """Round to the grid; report vertices that fall together and parts that vanish."""
     before = shapely.get_num_coordinates(parts)
-    snapped = rounded(parts)
+    snapped = in_chunks(rounded, parts, progress)
     after = shapely.get_num_coordinates(snapped)
     area = shapely.area(snapped)
     for i in np.flatnonzero((after < before) & (area > NO_AREA)):

@@ -1,8 +1,7 @@
-"""A road layer becomes a network: noded lines between junctions, with names and classes."""
+"""The roads near a site are cut out of a road layer."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import geopandas as gpd
@@ -13,16 +12,17 @@ from pyproj import CRS
 
 from ..progress import Progress
 from .crs import layer_crs, transformer
+from .roadnetwork import RoadNetwork, build_network
 
 REACH = 250.0
 """Roads further than this from a site do not matter to it, metres."""
 
-ROAD_GRID = 0.01
-"""Road ends closer than about this meet, metres."""
-
 CLASS_COLUMNS = ("highway", "kind", "class", "fclass", "nature", "road_class", "majorroad")
 NAME_COLUMNS = ("name", "street_name", "streetname", "nom_voie_g", "nom_voie", "fullname", "street")
 HIDDEN_COLUMNS = ("tunnel",)
+PLACE_COLUMNS = ("place",)
+INSIDE = "inside"
+"""In a layer of boundary streets the place of streets that are kept inside a site."""
 
 NOT_STREETS = frozenset({
     # OpenStreetMap's highway
@@ -34,32 +34,6 @@ NOT_STREETS = frozenset({
     "sentier", "escalier", "chemin", "piste cyclable", "type autoroutier", "autoroute",
 })  # fmt: skip
 """Road classes that serve no site: ways for walking and riding, and motorways."""
-
-
-@dataclass(frozen=True)
-class RoadNetwork:
-    """Roads near a site, cut at junctions.
-
-    Attributes
-    ----------
-    lines
-        Centre lines from junction to junction, shape (n,), metres.
-    names, kinds
-        Name and class of each line, shape (n,), empty where unknown.
-    ends
-        Node at the start and at the end of each line, shape (n, 2).
-    nodes
-        Positions of the nodes, shape (k, 2).
-    degree
-        Number of line ends at each node, shape (k,).
-    """
-
-    lines: npt.NDArray[Any]
-    names: npt.NDArray[Any]
-    kinds: npt.NDArray[Any]
-    ends: npt.NDArray[np.intp]
-    nodes: npt.NDArray[np.float64]
-    degree: npt.NDArray[np.intp]
 
 
 class RoadLayer:
@@ -105,6 +79,8 @@ class RoadLayer:
         self._lines = parts[lines]
         self._names = names[use][origin[lines]]
         self._kinds = kinds[use][origin[lines]]
+        inside = np.char.lower(_column(frame, PLACE_COLUMNS).astype(str)) == INSIDE
+        self._inside = inside[use][origin[lines]]
         self._bounds = shapely.bounds(self._lines).reshape(-1, 4)
 
     def near(self, polygon: shapely.Geometry, crs: CRS, reach: float = REACH) -> RoadNetwork:
@@ -136,50 +112,8 @@ class RoadLayer:
         if self.crs != crs and len(lines) > 0:
             lines = gpd.GeoSeries(lines, crs=self.crs).to_crs(crs).to_numpy()
         close = shapely.is_valid(lines) & (shapely.distance(lines, polygon) <= reach)
-        return build_network(lines[close], self._names[hit][close], self._kinds[hit][close])
-
-
-def build_network(
-    lines: npt.NDArray[Any], names: npt.NDArray[Any], kinds: npt.NDArray[Any]
-) -> RoadNetwork:
-    """Node lines, merge them between junctions and name the results.
-
-    Parameters
-    ----------
-    lines
-        Shape (n,), metres.
-    names, kinds
-        Name and class of each, shape (n,).
-
-    Returns
-    -------
-    RoadNetwork
-        The lines cut where they meet; each takes name and class of the line that lies
-        under its middle.
-    """
-    merged = np.empty(0, dtype=object)
-    if len(lines) > 0:
-        noded = shapely.union_all(lines, grid_size=ROAD_GRID)
-        merged = shapely.get_parts(shapely.line_merge(noded))
-        merged = merged[shapely.get_type_id(merged) == 1]
-        merged = shapely.normalize(merged)  # directions and order that do not hang on the input's
-        merged = merged[np.lexsort([shapely.length(merged), *shapely.bounds(merged).T])]
-    if len(merged) == 0:
-        none = np.empty(0, dtype=object)
-        nodes = np.empty((0, 2))
-        return RoadNetwork(
-            none, none, none, np.empty((0, 2), dtype=np.intp), nodes, np.empty(0, dtype=np.intp)
-        )
-    middle = shapely.line_interpolate_point(merged, 0.5, normalized=True)
-    asked, found = shapely.STRtree(lines).query_nearest(middle, all_matches=False)
-    source = np.zeros(len(merged), dtype=np.intp)
-    source[asked] = found
-    tips = np.stack([shapely.get_point(merged, 0), shapely.get_point(merged, -1)], axis=1)
-    xy = np.round(shapely.get_coordinates(tips.ravel()), 3)
-    nodes, inverse = np.unique(xy, axis=0, return_inverse=True)
-    ends = inverse.reshape(-1, 2).astype(np.intp)
-    degree = np.bincount(ends.ravel(), minlength=len(nodes)).astype(np.intp)
-    return RoadNetwork(merged, names[source], kinds[source], ends, nodes, degree)
+        names, kinds, inside = self._names[hit], self._kinds[hit], self._inside[hit]
+        return build_network(lines[close], names[close], kinds[close], inside[close])
 
 
 def _column(frame: gpd.GeoDataFrame, candidates: tuple[str, ...]) -> npt.NDArray[Any]:

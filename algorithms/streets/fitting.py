@@ -16,6 +16,8 @@ from .blocks import Block
 
 #: Edge lengths tried, as shares of the block width; cells vary around what is asked.
 CELLS = (1.0, 0.96, 0.93, 1.05, 0.9)
+#: How many of them are tried on a large site.
+FEW = 3
 #: Width of a cell that fits best, as a share of the block width.
 FIT = 0.95
 #: What arriving streets that no mesh line meets count against the fit of cells.
@@ -60,7 +62,8 @@ def site_meshes(
     fitting = spec.rules == "planner" and spec.edge_length is None
     meshes: list[QuadMesh] = []
     failure: MeshError | None = None
-    for factor in CELLS if fitting else (1.0,):
+    small = site.polygon.area <= SMALL_SITE * spec.block_width**2
+    for factor in (CELLS if small else CELLS[:FEW]) if fitting else (1.0,):
         try:
             mesh = quadrangulate(site.polygon, factor * h, attract_points=points, progress=progress)
         except MeshError as error:
@@ -69,7 +72,7 @@ def site_meshes(
         meshes.append(mesh)
     if not meshes:
         raise failure or MeshError(f"No candidate mesh could be made of {site.name}.")
-    if site.polygon.area > SMALL_SITE * spec.block_width**2:
+    if not small:
         meshes = [min(meshes, key=lambda m: _mesh_misfit(m, spec, len(arrivals)))]
     return meshes
 

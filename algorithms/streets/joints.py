@@ -25,15 +25,13 @@ CARRY = 1.4
 
 
 def trim_ends(ground: Ground, level: IntArray, alignment: Alignment) -> Alignment:
-    """Let streets end where they first meet an existing street.
+    """Let streets end where they first meet an existing street, or leave the site.
 
-    The mesh follows a cleaned outline; where that lies beyond the street at the edge of the
-    site, a street on the mesh would cross it.
+    The mesh follows a cleaned outline; where that lies beyond the edge of the site, or beyond
+    the street at that edge, a street on the mesh would go too far.
     """
-    mesh = ground.mesh
-    beside = existing_lines(ground.site)
-    if beside.is_empty:
-        return alignment
+    mesh, site = ground.mesh, ground.site
+    beside = existing_lines(site)
     lines, positions = dict(alignment.lines), alignment.positions.copy()
     for v in np.flatnonzero(mesh.boundary_vertices).tolist():
         active = [int(e) for e in mesh.vertex_edges[v] if level[e] > 0]
@@ -42,16 +40,21 @@ def trim_ends(ground: Ground, level: IntArray, alignment: Alignment) -> Alignmen
         e = active[0]
         forward = mesh.edges[e, 1] == v
         line = LineString(lines[e] if forward else lines[e][::-1])
-        along = [
-            float(line.project(shapely.Point(xy)))
-            for xy in shapely.get_coordinates(shapely.intersection(line, beside))
-        ]
-        ahead = [a for a in along if a > 0.25 * line.length]
-        if ahead and min(ahead) < line.length - TOUCHING:
-            kept = shapely.get_coordinates(substring(line, 0.0, min(ahead)))
+        ahead = [a for a in _crossings(line, beside) if a > 0.25 * line.length]
+        outside = site.polygon.distance(shapely.Point(line.coords[-1])) > TOUCHING
+        if not ahead and outside:
+            ahead = _crossings(line, site.polygon.boundary)[-1:]
+        if ahead and ahead[0] < line.length - TOUCHING:
+            kept = shapely.get_coordinates(substring(line, 0.0, ahead[0]))
             lines[e] = kept if forward else kept[::-1]
             positions[v] = kept[-1]
     return dataclasses.replace(alignment, lines=lines, positions=positions)
+
+
+def _crossings(line: LineString, other: shapely.Geometry) -> list[float]:
+    """Where a line meets something, as distances along it in ascending order, metres."""
+    meeting = shapely.get_coordinates(shapely.intersection(line, other))
+    return sorted(float(line.project(shapely.Point(xy))) for xy in meeting)
 
 
 def existing_lines(site: Site) -> shapely.Geometry:

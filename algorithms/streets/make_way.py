@@ -41,6 +41,7 @@ NEAR, TURN = 0.2, np.pi / 4
 SQUARE = 0.35
 #: Trials of the local search, and how often each is re-linearised.
 TRIALS, ROUNDS = 24, 3
+TROUBLE = 1.0
 #: Cells that an obstacle may be given in every combination; choices kept per obstacle.
 COMBINED, CHOICES = 4, 5
 
@@ -110,6 +111,14 @@ class _Verdict:
     def beats(self, other: _Verdict, start: _Verdict) -> bool:
         """Tell whether this is better by more than rounding and bars no more than at first."""
         return self.barred <= start.barred and self.cost < other.cost - 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class _Choice:
+    """Sides (k, 2) that pass an obstacle group on their left, and an estimate of their cost."""
+
+    walls: IntArray
+    price: float
 
 
 class _Judge:
@@ -213,20 +222,21 @@ class _Pull:
         full = BEND * second.T @ second + SHEAR * first.T @ first + STAY * sparse.identity(n)
         return full.tocsr()[self.free][:, self.free]
 
-    def positions(self, given: Sequence[IntArray]) -> FloatArray:
-        """Solve for positions, obstacle group i being given to the cells ``given[i]``."""
+    def positions(self, walls: Sequence[IntArray]) -> FloatArray:
+        """Find positions at which the sides ``walls[i]`` pass by obstacle group i."""
         mesh = self.mesh
-        tail, head, group = _walls(mesh, given, self.judge.pinned)
         now = mesh.vertices
-        if not len(tail):
+        side = np.concatenate(walls)
+        if not len(side):
             return now
-        sizes = np.array([len(ring) for ring in self.rings])
-        pair = np.repeat(np.arange(len(tail)), sizes[group])
-        points = np.concatenate([self.rings[g] for g in group])
+        pair = np.repeat(
+            np.arange(len(side)),
+            np.concatenate([[len(r)] * len(w) for w, r in zip(walls, self.rings)]).astype(int),
+        )
+        points = np.concatenate([r for w, r in zip(walls, self.rings) for _ in w])
         for _ in range(ROUNDS):
             rows = _Rows(self.column, mesh.vertices, now)
-            _pass_rows(rows, pair, points, tail, head, mesh.edge_length, self.judge.limit)
-            _cell_rows(rows, mesh.faces, self.judge.least)
+            _pass_rows(rows, side[pair], pair, points, mesh.edge_length, self.judge.limit)
             _reach_rows(rows, self.judge.limit)
             now = mesh.vertices.copy()
             now[self.free] += rows.solve(self.factor, len(self.free))
@@ -276,29 +286,37 @@ class _Rows:
 
 
 def _search(pull: _Pull, judge: _Judge, start: _Verdict) -> _Verdict:
-    """Improve the cells given to obstacle groups, one group at a time, most troubled first."""
+    """Improve what is given to obstacle groups, one at a time, the most promising first."""
+    picks = [0] * len(pull.choices)
+    done: set[tuple[int, ...]] = set()
 
     def tried(picks: Sequence[int]) -> _Verdict:
-        given = [pull.choices[g][k] for g, k in enumerate(picks)]
-        return judge.verdict(pull.positions(given))
+        done.add(tuple(picks))
+        walls = [pull.choices[g][k].walls for g, k in enumerate(picks)]
+        return judge.verdict(pull.positions(walls))
 
-    picks = [0] * len(pull.choices)
+    def moves() -> list[tuple[float, int, int]]:
+        return sorted(
+            (choice.price - pull.choices[g][picks[g]].price - TROUBLE * here.trouble[g], g, k)
+            for g, choices in enumerate(pull.choices)
+            for k, choice in enumerate(choices)
+            if k != picks[g]
+        )
+
     here = tried(picks)
     best = here if here.beats(start, start) else start
-    done, improved = {tuple(picks)}, True
-    while improved and len(done) <= TRIALS:
-        improved = False
-        for g in np.argsort(-here.trouble, kind="stable").tolist():
-            for k in range(len(pull.choices[g])):
-                other = [*picks[:g], k, *picks[g + 1 :]]
-                if tuple(other) in done or len(done) > TRIALS:
-                    continue
-                done.add(tuple(other))
-                found = tried(other)
-                if found.cost < here.cost - 1e-6:
-                    here, picks, improved = found, other, True
-                if found.beats(best, start):
-                    best = found
+    queue = moves()
+    while queue and len(done) <= TRIALS:
+        _, g, k = queue.pop(0)
+        other = [*picks[:g], k, *picks[g + 1 :]]
+        if tuple(other) in done:
+            continue
+        found = tried(other)
+        if found.beats(best, start):
+            best = found
+        if found.cost < here.cost - 1e-6:
+            here, picks = found, other
+            queue = moves()
     return best
 
 
@@ -317,53 +335,40 @@ def _ring_points(group: shapely.Geometry, edge_length: float) -> FloatArray:
     return points[:-1]
 
 
-def _walls(
-    mesh: QuadMesh, given: Sequence[IntArray], pinned: BoolArray
-) -> tuple[IntArray, IntArray, IntArray]:
-    """Sides of the cells given to each group that shall pass it on their left.
-
-    Returns
-    -------
-    tuple of ndarray
-        First vertex, second vertex and group of each side, shape (k,).
-    """
-    parts = []
-    for g, cells in enumerate(given):
-        half = (4 * cells[:, None] + np.arange(4)).ravel()
-        twin = mesh.twins[half]
-        half = half[(twin >= 0) & ~np.isin(twin // 4, cells)]
-        face, side = half // 4, half % 4
-        tail, head = mesh.faces[face, side], mesh.faces[face, (side + 1) % 4]
-        movable = ~(pinned[tail] & pinned[head])
-        parts.append(np.column_stack([tail, head, np.full(len(tail), g)])[movable])
-    tail, head, group = np.vstack([np.zeros((0, 3), dtype=np.int64), *parts]).T
-    return tail, head, group
+def _walls(mesh: QuadMesh, cells: IntArray, pinned: BoolArray) -> IntArray:
+    """Find the sides (k, 2) of some cells that shall pass what lies in them on their left."""
+    inside = np.zeros(len(mesh.faces) + 1, dtype=np.bool_)
+    inside[cells] = True
+    inside[-1] = True  # where the twin is -1: sides on the boundary stay anyway
+    half = (4 * cells[:, None] + np.arange(4)).ravel()
+    half = half[~inside[mesh.twins[half] // 4]]
+    face, side = half // 4, half % 4
+    walls = np.column_stack([mesh.faces[face, side], mesh.faces[face, (side + 1) % 4]])
+    return walls[~pinned[walls].all(axis=1)]
 
 
 def _beside(
     points: FloatArray, tail: FloatArray, head: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Left normals of edges, share along them and offset to their left of one point each."""
+    """Left normals of edges; shares along them and offsets to their left of points."""
     along = head - tail
-    size = np.maximum(np.hypot(*along.T), 1e-9)
-    normal = np.column_stack([-along[:, 1], along[:, 0]]) / size[:, None]
+    size = np.maximum(np.hypot(along[..., 0], along[..., 1]), 1e-9)
+    normal = np.stack([-along[..., 1], along[..., 0]], axis=-1) / size[..., None]
     gap = points - tail
-    return normal, (gap * along).sum(axis=1) / size**2, (gap * normal).sum(axis=1)
+    return normal, (gap * along).sum(axis=-1) / size**2, (gap * normal).sum(axis=-1)
 
 
 def _pass_rows(
     rows: _Rows,
+    ends: IntArray,
     pair: IntArray,
     points: FloatArray,
-    tail: IntArray,
-    head: IntArray,
     edge_length: float,
     limit: float,
 ) -> None:
-    """Ask that points beside an edge lie on its left, the worst ones in each sixth of it."""
-    u, v = tail[pair], head[pair]
-    normal, share, offset = _beside(points, rows.now[u], rows.now[v])
-    free = np.column_stack([rows.column[u] >= 0, rows.column[v] >= 0])
+    """Ask that points lie on the left of edges, the worst of each pair in each sixth of it."""
+    normal, share, offset = _beside(points, rows.now[ends[:, 0]], rows.now[ends[:, 1]])
+    free = rows.column[ends] >= 0
     share_in = np.clip(share, 0.0, 1.0)
     weight = np.column_stack([1.0 - share_in, share_in])
     lever = np.hypot(*(weight * free).T)
@@ -376,25 +381,7 @@ def _pass_rows(
     slot = np.sort(slot)
     some = some[np.diff(slot, prepend=-1) > 0]
     slopes = -weight[some][:, :, None] * normal[some][:, None, :]
-    rows.add(np.column_stack([u[some], v[some]]), slopes, -offset[some])
-
-
-def _cell_rows(rows: _Rows, faces: IntArray, least: FloatArray) -> None:
-    """Ask that the sines of the corners of cells stay above what is the least for the cell."""
-    corner = faces.ravel()
-    after, before = np.roll(faces, -1, axis=1).ravel(), np.roll(faces, 1, axis=1).ravel()
-    a, b = rows.now[after] - rows.now[corner], rows.now[before] - rows.now[corner]
-    size_a, size_b = np.hypot(*a.T), np.hypot(*b.T)
-    cross = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    floor = np.repeat(least, 4) * size_a * size_b
-    area = size_a * size_b
-    near = np.flatnonzero(cross < floor + 0.15 * area)
-    scale = (2.0 / np.maximum(size_a + size_b, 1e-9))[near, None]
-    slope_a = np.column_stack([b[near, 1], -b[near, 0]]) * scale
-    slope_b = np.column_stack([-a[near, 1], a[near, 0]]) * scale
-    slopes = np.stack([slope_a, slope_b, -slope_a - slope_b], axis=1)
-    short = (floor + 0.05 * area - cross)[near] * scale[:, 0]
-    rows.add(np.column_stack([after, before, corner])[near], slopes, short)
+    rows.add(ends[some], slopes, -offset[some])
 
 
 def _reach_rows(rows: _Rows, limit: float) -> None:
@@ -405,11 +392,11 @@ def _reach_rows(rows: _Rows, limit: float) -> None:
     rows.add(some[:, None], slopes, far[some] - 0.98 * limit)
 
 
-def _choices(mesh: QuadMesh, judge: _Judge, rings: Sequence[FloatArray]) -> list[list[IntArray]]:
-    """Sets of cells that each group of obstacles could be given, the most promising first.
+def _choices(mesh: QuadMesh, judge: _Judge, rings: Sequence[FloatArray]) -> list[list[_Choice]]:
+    """List what each obstacle group may be given, as sides that pass it, most promising first.
 
-    The last is the empty set: the group is given up. Sets that leave out cells which the group
-    covers now ask the mesh to move; those with several cells leave the edges between barred.
+    Sets that leave out cells which the group covers now ask the mesh to move; those of several
+    cells leave the edges between barred. Last comes no cell at all: the group is given up.
     """
     shapes = shapely.polygons(mesh.vertices[mesh.faces])
     tree = shapely.STRtree(shapes)
@@ -423,29 +410,25 @@ def _choices(mesh: QuadMesh, judge: _Judge, rings: Sequence[FloatArray]) -> list
         top = faces[:COMBINED].tolist()
         for k in range(1, len(top) + 1):
             sets |= {tuple(sorted(some)) for some in itertools.combinations(top, k)}
-        rated = sorted(
-            (_promise(mesh, judge, np.array(some), group, ring), some)
-            for some in sets
-            if _connected(mesh, some)
-        )
-        kept = [np.array(some, dtype=np.int64) for _, some in rated[:CHOICES]]
-        choices.append([*kept, np.zeros(0, dtype=np.int64)])
+        rated = []
+        for some in sorted(sets):
+            cells = np.array(some, dtype=np.int64)
+            walls = _walls(mesh, cells, judge.pinned)
+            rated.append(_Choice(walls, _price(mesh, judge, cells, walls, group, ring)))
+        rated.sort(key=lambda choice: choice.price)
+        none = np.zeros((0, 2), dtype=np.int64)
+        given_up = _Choice(none, _price(mesh, judge, faces, none, group, ring))
+        choices.append([*rated[:CHOICES], given_up])
     return choices
 
 
-def _connected(mesh: QuadMesh, cells: Sequence[int]) -> bool:
-    """Tell whether cells hang together by their sides."""
-    reached, fresh = {cells[0]}, [cells[0]]
-    while fresh:
-        twins = mesh.twins[4 * fresh.pop() + np.arange(4)]
-        onward = {int(t) // 4 for t in twins if t >= 0} & set(cells) - reached
-        reached |= onward
-        fresh += sorted(onward)
-    return len(reached) == len(cells)
-
-
-def _promise(
-    mesh: QuadMesh, judge: _Judge, cells: IntArray, group: shapely.Geometry, ring: FloatArray
+def _price(
+    mesh: QuadMesh,
+    judge: _Judge,
+    cells: IntArray,
+    walls: IntArray,
+    group: shapely.Geometry,
+    ring: FloatArray,
 ) -> float:
     """Estimate what it costs to give cells to a group: edges given up, edges moved."""
     h = mesh.edge_length
@@ -453,16 +436,13 @@ def _promise(
     inner = sides[(uses == 2) & ~mesh.foreign[sides]]
     lines = shapely.linestrings(mesh.vertices[mesh.edges[inner]])
     lost = shapely.length(shapely.intersection(lines, group)) > TOUCH
-    cost = float(mesh.lengths[inner][lost].sum()) / h
-    tail, head, _ = _walls(mesh, [cells], judge.pinned)
-    for u, v in zip(tail.tolist(), head.tolist()):
-        ends = mesh.vertices[[u, v]]
-        _, share, offset = _beside(ring, ends[:1], ends[1:])
-        beside = np.abs(share - 0.5) < 0.55
-        share = np.clip(share[beside], 0.0, 1.0)
-        pinned = judge.pinned[[u, v]]
-        lever = np.hypot((1 - share) * (not pinned[0]), share * (not pinned[1]))
-        need = np.max(-offset[beside] / np.maximum(lever, 1e-6), initial=0.0)
-        # one vertex out of line by d makes turns of about 2 d / h there and d / h beside
-        cost += min(1.0, 6 * (need / h / TURN) ** 2) if need < judge.limit else 1.0
-    return cost
+    ends = mesh.vertices[walls]
+    _, share, offset = _beside(ring, ends[:, :1], ends[:, 1:])
+    within = np.clip(share, 0.0, 1.0)
+    pinned = judge.pinned[walls][:, None]
+    lever = np.hypot((1 - within) * ~pinned[..., 0], within * ~pinned[..., 1])
+    short = np.where(np.abs(share - 0.5) < 0.55, -offset, 0.0) / np.maximum(lever, 1e-6)
+    need = short.max(axis=1, initial=0.0)
+    # one vertex out of line by d makes turns of about 2 d / h there and d / h beside
+    moved = np.where(need < judge.limit, np.minimum(1.0, 6 * (need / h / TURN) ** 2), 1.0)
+    return float(mesh.lengths[inner][lost].sum() / h + moved.sum())

@@ -20,8 +20,9 @@ from .adopt import right_of_way
 
 #: Overlap of an edge with an obstacle or forbidden place that is let pass (metres).
 TOUCH = 2.0
-#: Length of an edge on foreign ground that is let pass (metres).
-FOREIGN = 5.0
+#: Length of an edge on foreign ground that is let pass (metres), and at its end on the
+#: outline (mesh edge lengths).
+FOREIGN, FOREIGN_TIP = 1.5, 0.3
 
 
 @dataclass(frozen=True)
@@ -224,13 +225,19 @@ def _along_frontage(site: Site, mesh: QuadMesh) -> BoolArray:
 
 
 def _foreign(site: Site, mesh: QuadMesh) -> BoolArray:
-    """Mark edges across foreign ground other than that of existing streets."""
-    mark = mesh.foreign.copy()
-    if not mark.any():
-        return mark
+    """Mark edges across foreign ground other than that of existing streets.
+
+    Where an edge ends on the mesh's outline it may leave the site there a little further: the
+    mesh follows a cleaned outline, and such ends are trimmed or carried on later.
+    """
     ground = shapely.union(site.polygon, right_of_way(site))
-    lines = shapely.linestrings(mesh.vertices[mesh.edges[mark]])
-    mark[mark] = shapely.length(shapely.difference(lines, ground)) > FOREIGN
+    lines = shapely.linestrings(mesh.vertices[mesh.edges])
+    parts, edge = shapely.get_parts(shapely.difference(lines, ground), return_index=True)
+    mark = np.zeros(len(mesh.edges), dtype=np.bool_)
+    for part, e in zip(parts, edge.tolist()):
+        ends = [v for v in mesh.edges[e].tolist() if mesh.boundary_vertices[v]]
+        tip = any(part.distance(Point(mesh.vertices[v])) < 0.01 for v in ends)
+        mark[e] |= part.length > (FOREIGN_TIP * mesh.edge_length if tip else FOREIGN)
     return mark
 
 

@@ -2,10 +2,10 @@ import geopandas as gpd
 import numpy as np
 import pytest
 from platwright.errors import InputError
-from platwright.site import Site, access_points_from_layer
+from platwright.site import Site, access_points_from_layer, access_points_of_sites
 from platwright.site.access import access_points
 from platwright.site.frontage import frontage
-from platwright.site.roads import build_network
+from platwright.site.roadnetwork import build_network
 from pyproj import CRS
 from shapely.geometry import LineString, Point, Polygon, box
 
@@ -119,3 +119,45 @@ def test_lines_are_refused():
     frame = gpd.GeoDataFrame(geometry=[LineString([(0, 0), (1, 0)])], crs=UTM)
     with pytest.raises(InputError, match="LineString, not a point"):
         access_points_from_layer(frame, a_site(), "edited")
+
+
+def two_sites():
+    return [a_site(), Site("Far Field", 9, box(900, 0, 1100, 100), UTM, UTM, site_id=3)]
+
+
+def test_points_without_number_belong_to_the_nearest_site():
+    places = [Point(-3, 40), Point(1103, 40), Point(890, 50)]
+    frame = gpd.GeoDataFrame(geometry=places, crs=UTM)
+    near, far = access_points_of_sites(frame, two_sites(), "edited")
+    assert [p.xy for p in near] == [pytest.approx((0, 40))]
+    assert sorted(p.xy for p in far) == [pytest.approx((900, 50)), pytest.approx((1100, 40))]
+    single = access_points_from_layer(frame, a_site(), "edited", sites=two_sites())
+    assert single == near
+
+
+def test_numbers_come_before_nearness_and_missing_ones_are_found():
+    places = [Point(-3, 40), Point(903, 40)]
+    frame = gpd.GeoDataFrame({"site_id": [2, None]}, geometry=places, crs=UTM)
+    near, far = access_points_of_sites(frame, two_sites(), "edited")
+    assert (len(near), len(far)) == (1, 1)
+    frame["site_id"] = [3, 3]
+    with pytest.raises(InputError, match=r"feature 0: .* boundary of Far Field"):
+        access_points_of_sites(frame, two_sites(), "edited")
+
+
+def test_point_far_from_all_sites_is_named():
+    frame = gpd.GeoDataFrame(
+        geometry=[Point(0, 40), Point(900, 40), Point(500, 40)], index=[4, 8, 15], crs=UTM
+    )
+    with pytest.raises(InputError, match=r"feature 15: .*300 m.*Mill Field"):
+        access_points_of_sites(frame, two_sites(), "edited")
+
+
+def test_sites_in_different_zones_share_points():
+    east = CRS.from_epsg(25833)
+    sites = [a_site(), Site("East", 9, box(500_000, 0, 500_100, 100), east, UTM, site_id=3)]
+    far = gpd.GeoSeries([Point(500_000, 50)], crs=east).to_crs(UTM)[0]
+    frame = gpd.GeoDataFrame(geometry=[Point(0, 40), far], crs=UTM)
+    near, there = access_points_of_sites(frame, sites, "edited")
+    assert (len(near), len(there)) == (1, 1)
+    assert there[0].xy == pytest.approx((500_000, 50), abs=0.01)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from platwright.site.frontage import frontage
-from platwright.site.roads import build_network
+from platwright.site.roadnetwork import build_network
 from shapely.geometry import LineString, Polygon, box
 
 SITE = box(0, 0, 200, 100)
@@ -87,3 +87,42 @@ def test_frontage_lies_on_the_boundary():
     found = frontage(SITE, net([(-100, -10), (300, -10)], [(210, -50), (210, 150)]), 30)
     assert found.stretches.difference(SITE.boundary.buffer(1e-6)).is_empty
     assert found.stretches.length == pytest.approx(300, abs=6)
+
+
+RING = [
+    [(-8, -8), (80, -8), (208, -8)],
+    [(208, -8), (208, 108)],
+    [(208, 108), (-8, 108)],
+    [(-8, 108), (-8, -8)],
+]
+
+
+def named(*lines):
+    array = np.array([LineString(x) for x in lines], dtype=object)
+    names = np.array(["South", "East", "North", "West", "Lane"][: len(lines)], dtype=object)
+    return build_network(array, names, np.array(["residential"] * len(lines), dtype=object))
+
+
+@pytest.mark.parametrize("lane", [[], [[(80, -8), (80, -120)]]])
+def test_four_named_streets_around_a_block(lane):
+    found = frontage(SITE, named(*RING, *lane), 30)
+    lengths = sorted((s.name, round(s.line.length)) for s in found.streets)
+    south = [("South", 88), ("South", 128)] if lane else [("South", 216)]
+    assert lengths == [("East", 116), ("North", 216), *south, ("West", 116)]
+    assert found.stretches.length == pytest.approx(600)
+
+
+def test_a_street_that_turns_away_under_another_name_is_left_behind():
+    # the road goes on round the corner and 15 m further, then meets another
+    away = [(208, -8), (216, -20)], [(216, -20), (216, -90)], [(216, -20), (290, -20)]
+    found = frontage(SITE, named(RING[0], *away), 30)
+    assert {s.name for s in found.streets} == {"South"}
+    assert sum(s.line.length for s in found.streets) == pytest.approx(216, abs=4)
+
+
+def test_a_short_named_piece_in_a_street_is_kept():
+    lines = [(-8, -8), (100, -8)], [(100, -8), (104, -8)], [(104, -8), (208, -8)]
+    found = frontage(SITE, named(*lines), 30)
+    assert sorted((s.name, round(s.line.length)) for s in found.streets) == [
+        ("East", 4), ("North", 104), ("South", 108),
+    ]  # fmt: skip

@@ -1,3 +1,5 @@
+import time
+
 import geopandas as gpd
 import numpy as np
 import pytest
@@ -208,3 +210,67 @@ def test_many_roads_and_obstacles_take_seconds(scene):
     (site,) = prepare_sites(scene.site_frame(), roads, ponds).sites
     near = int(np.sum(np.all((start > 0) & (start < [200, 100]), axis=1)))
     assert len(site.obstacles) >= near > 5
+
+
+def test_kept_inner_streets_are_in_the_layer_and_come_back_from_it(scene):
+    scene.roads.append((LineString([(150, -10), (150, 40), (170, 40)]), "Yard Way", "service"))
+    layers = site_layers(
+        prepare_sites(scene.site_frame(), scene.road_frame(), inner_roads="keep")
+    )
+    streets = layers["boundary_streets"]
+    inside = streets[streets["place"] == "inside"]
+    assert inside[["name", "kind"]].to_numpy().tolist() == [["Yard Way", "service"]]
+    assert inside["length_m"].iloc[0] == pytest.approx(60)
+    assert set(streets["place"]) == {"edge", "inside"}
+    for mode in ("keep", "ignore"):
+        again = prepare_sites(layers["site"], streets, inner_roads=mode)
+        (back,) = again.sites[0].inner_streets
+        assert (back.name, back.kind) == ("Yard Way", "service")
+        assert back.line.length == pytest.approx(60)
+        once_more = site_layers(again)["boundary_streets"]
+        assert sorted(once_more["place"]) == sorted(streets["place"])
+        assert once_more["length_m"].sum() == pytest.approx(streets["length_m"].sum(), abs=1)
+
+
+def test_inner_streets_change_their_name_and_do_not_repeat_the_edge(scene):
+    scene.roads += [
+        (LineString([(150, -10), (150, 40)]), "Yard Way", "service"),
+        (LineString([(150, 40), (150, 90)]), "Back Yard", "service"),
+        (LineString([(-50, 96), (250, 96)]), "North Street", ""),
+    ]
+    (site,) = prepare_sites(scene.site_frame(), scene.road_frame(), inner_roads="keep").sites
+    found = sorted((s.name, round(s.line.length)) for s in site.inner_streets)
+    assert found == [("Back Yard", 50), ("Yard Way", 40)]
+    assert "North Street" in {s.name for s in site.boundary_streets}
+
+
+class Impatient(Listener):
+    """Cancels at once and remembers how long it was not asked."""
+
+    def __init__(self, after):
+        super().__init__()
+        self.end = time.monotonic() + after
+        self.last = time.monotonic()
+        self.gaps = []
+
+    def cancelled(self):
+        now = time.monotonic()
+        self.gaps.append(now - self.last)
+        self.last = now
+        return now > self.end
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [30.0, 29.4, 27.0])
+def test_cancel_is_answered_within_a_second(width):
+    n = 316
+    x, y = (c.ravel() for c in np.meshgrid(np.arange(n) * 30.0, np.arange(n) * 40.0))
+    x, y = x + 500_000, y + 5_400_000
+    shapes = shapely.segmentize(shapely.box(x, y, x + width, y + width + 10), 12.0)
+    frame = gpd.GeoDataFrame(geometry=shapes, crs=25832)
+    for after in (0.5, 2.0, 5.0):
+        caller = Impatient(after)
+        with pytest.raises(CancelledError):
+            prepare_sites(frame, progress=caller)
+        assert max(caller.gaps) < 1.0
+        assert time.monotonic() - caller.end < 1.0

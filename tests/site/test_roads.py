@@ -3,7 +3,8 @@ import numpy as np
 import pytest
 from platwright.errors import InputError
 from platwright.progress import Silent
-from platwright.site.roads import RoadLayer, build_network
+from platwright.site.roadnetwork import build_network
+from platwright.site.roads import RoadLayer
 from pyproj import CRS
 from shapely.geometry import LineString, MultiLineString, Point, box
 
@@ -81,3 +82,52 @@ def test_only_near_roads_and_any_geometry():
 def test_missing_crs():
     with pytest.raises(InputError, match="Layer 'ways'"):
         RoadLayer(gpd.GeoDataFrame(geometry=[LineString([(0, 0), (1, 1)])]), "ways", Silent())
+
+
+def test_a_merged_line_knows_where_its_name_changes():
+    net = network(LineString([(0, 0), (10, 0)]), LineString([(40, 0), (25, 3), (10, 0)]))
+    (line,) = net.lines
+    long = LineString([(10, 0), (25, 3), (40, 0)]).length
+    assert [(s.name, s.end - s.start) for s in net.sections[0]] == [
+        ("n0", pytest.approx(10)), ("n1", pytest.approx(long)),
+    ]  # fmt: skip
+    assert net.sections[0][-1].end == line.length
+    assert net.at(0, 4).name == "n0"
+    assert net.at(0, 11).name == "n1"
+    assert net.names.tolist() == ["n1"], "the name of its longer part"
+
+
+def test_pieces_of_one_name_are_one_section():
+    lines = np.array([LineString([(k, 0), (k + 1, 0)]) for k in range(4)], dtype=object)
+    net = build_network(lines, np.array(["a", "a", "b", "b"], dtype=object),
+                        np.array(["x", "y", "y", "y"], dtype=object))  # fmt: skip
+    assert [(s.name, s.kind, s.start) for s in net.sections[0]] == [
+        ("a", "x", 0), ("a", "y", 1), ("b", "y", 2),
+    ]  # fmt: skip
+
+
+def test_a_loop_keeps_the_junction_of_its_stem():
+    ring = LineString([(30, 0), (50, 0), (50, 40), (0, 40), (0, 0), (30, 0)])
+    net = network(ring, LineString([(30, 0), (30, -20)]))
+    assert sorted(net.degree) == [1, 3]
+    assert net.nodes[np.argmax(net.degree)].tolist() == [30, 0]
+
+
+def test_a_ring_without_junctions_starts_where_the_name_changes():
+    net = network(
+        LineString([(-5, 0), (50, 0), (50, 40)]), LineString([(50, 40), (-5, 40), (-5, 0)])
+    )
+    assert [s.name for s in net.sections[0]] in (["n0", "n1"], ["n1", "n0"])
+    middle = network(
+        LineString([(0, 0), (10, -9), (20, 0)]), LineString([(20, 0), (20, 40), (0, 40), (0, 0)])
+    )
+    assert sorted(s.name for s in middle.sections[0]) == ["n0", "n1"]
+    assert middle.sections[0][-1].end == middle.lines[0].length
+
+
+def test_of_two_lines_on_one_another_the_named_one_counts():
+    a = LineString([(0, 0), (10, 0)])
+    for names in (["", "Mill"], ["Mill", ""]):
+        net = build_network(np.array([a, a.reverse()], dtype=object),
+                            np.array(names, dtype=object), np.array(["", ""], dtype=object))  # fmt: skip
+        assert net.names.tolist() == ["Mill"]
