@@ -154,6 +154,7 @@ BOUNDARY_STREETS = LayerKind(
         _SITE_ID,
         Field("name", "text", "name of the street, where it has one"),
         Field("kind", "text", "class of the road as given, such as the OpenStreetMap value"),
+        Field("place", "text", "edge, or inside for a street inside the site that is kept"),
         Field("length_m", "number", "length in metres"),
     ),
     "existing",

@@ -87,6 +87,7 @@ def _one(key: str, file: Path, spec: Specification) -> tuple[StreetPlan, gpd.Geo
         layers["streets"],
         site=ground["site"],
         obstacles=ground["site_obstacles"],
+        boundary_streets=ground["boundary_streets"] if spec.sink_mode == "streets" else None,
         sinks=layers["junctions"].query("is_sink") if spec.sink_mode == "access" else None,
         dead_ends=spec.dead_ends,
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .access_layer import access_points_from_layer
+from .access_layer import access_points_from_layer, access_points_of_sites
 from .carry import carry_to_centre_line
 from .layers import bearing, site_layers
 from .prepare import prepare_sites
@@ -14,6 +14,7 @@ __all__ = [
     "PreparedSites",
     "Site",
     "access_points_from_layer",
+    "access_points_of_sites",
     "bearing",
     "carry_to_centre_line",
     "prepare_sites",

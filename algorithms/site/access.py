@@ -129,9 +129,7 @@ def _at_junctions(
             place = _hit(polygon, places[node], branch.direction, snap_distance)
             if place is None:
                 continue
-            candidate = _candidate(
-                polygon, place, places[node], branch.direction, roads, branch.line
-            )
+            candidate = _candidate(polygon, place, places[node], branch.direction, branch.section)
             if candidate is not None:
                 result.append(candidate)
     return result
@@ -142,6 +140,7 @@ class _Branch:
     """The last stretch of a road before a junction."""
 
     line: int
+    section: Section
     stretch: LineString
     direction: tuple[float, float]
 
@@ -153,7 +152,8 @@ def _branch(roads: RoadNetwork, j: int, end: int) -> _Branch:
         line, line.length, line.length - walk
     )  # fmt: skip
     here, away = Point(stretch.coords[0]), Point(stretch.coords[-1])
-    return _Branch(j, stretch, direction_between(away, here))
+    section = roads.sections[j][0 if end == 0 else -1]
+    return _Branch(j, section, stretch, direction_between(away, here))
 
 
 def _comes_from_outside(polygon: Polygon, branch: _Branch) -> bool:
@@ -214,9 +214,8 @@ def _at_crossings(polygon: Polygon, roads: RoadNetwork) -> list[_Candidate]:
                 if _goes_deep(polygon, path):
                     direction = direction_between(tail, head)
                     sine = _sine(polygon, Point(x, y), direction)
-                    point = AccessPoint(
-                        (x, y), (x, y), direction, str(roads.names[j]), str(roads.kinds[j])
-                    )
+                    section = roads.at(int(j), at)
+                    point = AccessPoint((x, y), (x, y), direction, section.name, section.kind)
                     result.append(_Candidate(point, sine))
     return result
 
@@ -226,8 +225,7 @@ def _candidate(
     place: Point,
     junction: Point,
     direction: tuple[float, float],
-    roads: RoadNetwork,
-    line: int,
+    section: Section,
 ) -> _Candidate | None:
     """Make an access point, if its direction is steep to the boundary and leads inside."""
     sine = _sine(polygon, place, direction)
@@ -235,7 +233,7 @@ def _candidate(
     if sine < math.sin(math.radians(STEEP)) or not _goes_deep(polygon, ahead):
         return None
     xy, origin = (place.x, place.y), (junction.x, junction.y)
-    point = AccessPoint(xy, origin, direction, str(roads.names[line]), str(roads.kinds[line]))
+    point = AccessPoint(xy, origin, direction, section.name, section.kind)
     return _Candidate(point, sine)
 
 

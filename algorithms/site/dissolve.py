@@ -80,6 +80,7 @@ def dissolve(
     # bare another: repeat until nothing changes, so that a prepared site stays as it is
     for _ in range(_ROUNDS):
         after = _round(pieces, layer, crs, problems, progress)
+        ask(progress)
         if _same(pieces, after):
             break
         pieces = after
@@ -97,6 +98,7 @@ def _round(
     tidy[single] = in_chunks(_tidy, polygons[single], progress)
     ordered = in_chunks(_canonical, polygons, progress)
     result: list[_Piece] = []
+    ask(progress)
     for members in groups:
         if len(members) == 1 and tidy[members[0]]:
             result.append((ordered[members[0]], pieces[members[0]][1]))
@@ -201,6 +203,7 @@ def _groups(polygons: Geometries, progress: Progress | None) -> list[npt.NDArray
         ask(progress)
         found = tree.query(polygons[part], predicate="dwithin", distance=GAP)
         pairs.append(found + np.array([[part.start], [0]]))
+    ask(progress)
     a, b = np.concatenate(pairs, axis=1)
     graph = coo_array((np.ones(len(a), dtype=np.int8), (a, b)), shape=(n, n))
     _, label = connected_components(graph, directed=False)

@@ -284,6 +284,8 @@ def _along(
             start, end = float(run[0]), float(run[-1])
             low = _rounded_out(start, cuts, snap_distance)
             high = -_rounded_out(-end, -cuts[::-1], snap_distance)
+            if high <= low:  # scraps of two sections
+                low, high = start, end
             if high - low <= SCRAP / 2:
                 continue
             for section in sections:

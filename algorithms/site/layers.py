@@ -10,6 +10,7 @@ import numpy as np
 import shapely
 from shapely.geometry import Point
 
+from .roads import INSIDE
 from .types import PreparedSites, Site
 
 
@@ -25,7 +26,8 @@ def site_layers(prepared: PreparedSites) -> dict[str, gpd.GeoDataFrame]:
     -------
     dict of str to geopandas.GeoDataFrame
         `site` (site_id, name, area_m2, area_ha, perimeter_m), `boundary_streets` (site_id,
-        name, kind, length_m), `access_points` (site_id, name, bearing_deg: direction into
+        name, kind, place, length_m; place is "edge", or "inside" for the streets inside the
+        site that are kept), `access_points` (site_id, name, bearing_deg: direction into
         the site, degrees clockwise from grid north of the working CRS), `site_obstacles`
         (site_id, area_m2) and `problems`. All measures are taken in the working CRS.
     """
@@ -41,7 +43,7 @@ def site_layers(prepared: PreparedSites) -> dict[str, gpd.GeoDataFrame]:
             shapes[key] += _back(geometry, site)
     columns = {
         "site": ["site_id", "name", "area_m2", "area_ha", "perimeter_m"],
-        "boundary_streets": ["site_id", "name", "kind", "length_m"],
+        "boundary_streets": ["site_id", "name", "kind", "place", "length_m"],
         "access_points": ["site_id", "name", "bearing_deg"],
         "site_obstacles": ["site_id", "area_m2"],
     }
@@ -76,14 +78,15 @@ def bearing(direction: tuple[float, float]) -> float:
 def _rows(site: Site) -> list[tuple[str, list[tuple[Any, ...]], list[Any]]]:
     number = site.site_id
     area, around = float(site.polygon.area), float(site.polygon.length)
-    streets = site.boundary_streets
+    streets = [(s, "edge") for s in site.boundary_streets]
+    streets += [(s, INSIDE) for s in site.inner_streets]
     points = site.access_points
     return [
         ("site", [(number, site.name, area, area / 1e4, around)], [site.polygon]),
         (
             "boundary_streets",
-            [(number, s.name, s.kind, float(s.line.length)) for s in streets],
-            [s.line for s in streets],
+            [(number, s.name, s.kind, place, float(s.line.length)) for s, place in streets],
+            [s.line for s, _ in streets],
         ),
         (
             "access_points",

@@ -17,6 +17,7 @@ from .access import access_points
 from .crs import DISTORTION, distortion, layer_crs, transformer, working_crs
 from .dissolve import dissolve
 from .frontage import frontage
+from .inner import inner_streets
 from .repair import NO_AREA, POLYGON_TYPE, Geometries, Problems, overlay, repair_polygons
 from .roadnetwork import RoadNetwork
 from .roads import RoadLayer
@@ -26,8 +27,6 @@ from .watch import ask, in_chunks
 SMALLEST_OBSTACLE = 25.0
 """Smaller obstacles are left out, square metres."""
 
-_SHORTEST_INNER = 5.0
-_ALONG_EDGE = 1.0
 _WAY_IN = 25.0
 _NAME_COLUMNS = ("name", "site", "label", "nom", "libelle")
 
@@ -78,7 +77,9 @@ def prepare_sites(
         Largest distance between the boundary and the centre line of a road that runs along
         it, metres, greater than 0.
     inner_roads
-        "keep" the roads inside a site as existing streets, or "ignore" them.
+        "keep" the roads inside a site as existing streets, or "ignore" them. Roads whose
+        column place says "inside", as in the layer of boundary streets of a prepared site
+        whose inner roads are kept, stay in both cases.
     polygon_layer, road_layer, obstacle_layer
         Names of the layers, for messages.
     progress
@@ -117,6 +118,7 @@ def prepare_sites(
         inner_roads,
         problems,
     )
+    ask(progress)
     names = _names(polygons)
     sites = []
     for k, (polygon, crs, own) in enumerate(pieces):
@@ -204,10 +206,12 @@ def _sites_of(
             "system may be wrong.",
             layer=layer,
         )
+    ask(progress)
     extent = shapely.total_bounds([p for p, _ in pieces])
     true_everywhere = distortion(crs, extent) < DISTORTION
     result = []
     for polygon, features in pieces:
+        ask(progress)
         # a layer may span more than one projection can hold: then each site has its own
         if true_everywhere or distortion(crs, polygon.bounds) < DISTORTION:
             result.append((polygon, crs, features))
@@ -260,8 +264,8 @@ def _one_site(
         found = frontage(polygon, network, task.snap_distance)
         stretches, streets = found.stretches, found.streets
         points = access_points(polygon, network, found.lines, task.snap_distance)
-        if task.inner_roads == "keep":
-            inner = _inner_streets(polygon, network)
+        everything = task.inner_roads == "keep"
+        inner = inner_streets(polygon, network, found.reaches, everything=everything)
         if stretches.is_empty:
             _report_no_frontage(task, polygon, crs, feature, network)
     barred = [] if task.obstacles is None else task.obstacles.inside(polygon, crs)
@@ -302,23 +306,6 @@ def _without_barred(
             task.road_layer, "", what, "no access point there", "info", Point(point.xy), crs
         )
     return kept
-
-
-def _inner_streets(polygon: Polygon, network: RoadNetwork) -> list[BoundaryStreet]:
-    """Cut the roads to the inside of the site."""
-    result = []
-    inside = shapely.buffer(polygon, -_ALONG_EDGE)
-    for j in np.flatnonzero(shapely.intersects(network.lines, inside)):
-        if shapely.covered_by(network.lines[j], polygon):
-            pieces = [network.lines[j]]
-        else:
-            cut = shapely.intersection(network.lines[j], polygon)
-            pieces = list(shapely.get_parts(shapely.line_merge(cut)))
-        for piece in pieces:
-            if isinstance(piece, LineString) and piece.length >= _SHORTEST_INNER:
-                street = BoundaryStreet(piece, str(network.names[j]), str(network.kinds[j]))
-                result.append(street)
-    return result
 
 
 def _report_no_frontage(

@@ -154,12 +154,14 @@ def repair_polygons(
         reason = f"invalid: {shapely.is_valid_reason(geometries[i])}"
         problems.add(layer, ids[i], reason, "made valid", "info", geometries[i], crs)
         geometries[i] = make_valid(geometries[i])
+    ask(progress)
     parts, origin = _polygon_parts(geometries)
     count = np.bincount(origin, minlength=len(geometries))
     for i in np.flatnonzero(count > 1):
         what = f"has {count[i]} parts"
         problems.add(layer, ids[i], what, "split into its parts", "info", geometries[i], crs)
     snapped, origin = _snap(parts, origin, ids, layer, crs, problems, progress)
+    ask(progress)
     for i in np.setdiff1d(np.arange(len(geometries)), origin):
         problems.add(layer, ids[i], "has no area", "skipped", "error", geometries[i], crs)
     return snapped, ids[origin]

@@ -30,18 +30,16 @@ from ..network.problem import BoolArray, FloatArray, IntArray
 from ..site.types import Site
 from .survey import TOUCH
 
-#: Energy of vertex moves: even along mesh lines, alike at both ends of an edge, small.
-BEND, SHEAR, STAY = 1.0, 0.1, 0.03
-#: Weight of a broken inequality against the energy.
-HARD = 1e3
+#: Energy of vertex moves: even along mesh lines, alike at both ends of an edge, small; and the
+#: weight of a broken inequality against it.
+BEND, SHEAR, STAY, HARD = 1.0, 0.1, 0.03, 1e3
 #: What a mesh costs: an edge that comes too near, against 1 for a barred one of full length,
 #: and the turn of a mesh line at one vertex (radians) that is as bad as that.
-NEAR, TURN = 0.2, np.pi / 4
-#: Least scaled Jacobian that a cell may get.
-SQUARE = 0.35
-#: Trials of the local search, and how often each is re-linearised.
-TRIALS, ROUNDS = 24, 3
-TROUBLE = 1.0
+NEAR, TURN = 0.1, np.pi / 4
+#: Least scaled Jacobian that a cell may get; metres to spare, as inequalities give a little.
+SQUARE, SPARE = 0.35, 0.3
+#: Positions tried, and how often each is re-linearised.
+TRIALS, ROUNDS = 36, 3
 #: Cells that an obstacle may be given in every combination; choices kept per obstacle.
 COMBINED, CHOICES = 4, 5
 
@@ -83,56 +81,38 @@ def make_way(
     >>> bool(shapely.crosses(lines, house).any())
     False
     """
-    if not site.obstacles or mesh.boundary_vertices.all():
-        return mesh
     judge = _Judge(mesh, site, clearance, reach * mesh.edge_length)
     start = judge.verdict(mesh.vertices)
-    if start.clear:
+    if judge.pinned.all() or not start.trouble.any():
         return mesh
-    pull = _Pull(mesh, judge)
-    best = _search(pull, judge, start)
-    return mesh if best is start else dataclasses.replace(mesh, vertices=best.vertices)
+    search = _Search(_Pull(mesh, judge), judge, start)
+    search.insert()
+    search.improve()
+    if search.best is start:
+        return mesh
+    return dataclasses.replace(mesh, vertices=search.best.vertices)
 
 
 @dataclass(frozen=True, eq=False)
 class _Verdict:
-    """How good positions are: cost, barred edges, and the overlap of each obstacle group."""
+    """How good positions are: cost, barred edges, and what each obstacle group has part in."""
 
     vertices: FloatArray
     cost: float
     barred: int
     trouble: FloatArray
 
-    @property
-    def clear(self) -> bool:
-        """No edge is barred or too near."""
-        return not self.trouble.any()
-
-    def beats(self, other: _Verdict, start: _Verdict) -> bool:
-        """Tell whether this is better by more than rounding and bars no more than at first."""
-        return self.barred <= start.barred and self.cost < other.cost - 1e-6
-
 
 @dataclass(frozen=True, eq=False)
 class _Choice:
-    """Sides (k, 2) that pass an obstacle group on their left, and an estimate of their cost."""
+    """Cells for an obstacle group and the sides (k, 2) of them that pass it on their left."""
 
+    cells: IntArray
     walls: IntArray
-    price: float
 
 
 class _Judge:
-    """Rates positions of the vertices, and takes back moves that spoil cells.
-
-    Parameters
-    ----------
-    mesh, site
-        The mesh and the site.
-    clearance
-        Wished distance from obstacles, metres.
-    limit
-        Furthest move, metres.
-    """
+    """Rates positions of the vertices, and takes back moves that spoil cells."""
 
     def __init__(self, mesh: QuadMesh, site: Site, clearance: float, limit: float) -> None:
         self.mesh, self.limit = mesh, limit
@@ -140,11 +120,10 @@ class _Judge:
         pinned[list(mesh.attracted)] = True
         self.pinned: BoolArray = pinned
         self.edges: IntArray = np.flatnonzero(~mesh.boundary_edges & ~mesh.foreign)
-        solid = shapely.union_all(list(site.obstacles))
-        self.solid = shapely.buffer(solid, 0.01)
+        self.solid = shapely.buffer(site.obstacle_union, 0.01)
         # between obstacles nearer than the clearance no street fits: they are one
-        joined = shapely.buffer(solid, clearance / 2)
-        self.groups = shapely.buffer(shapely.get_parts(joined), clearance / 2)
+        joined = shapely.get_parts(shapely.buffer(self.solid, clearance / 2, quad_segs=3))
+        self.groups = shapely.buffer(joined, clearance / 2, quad_segs=3)
         self.tree = shapely.STRtree(self.groups)
         self.ground = site.polygon
         shapely.prepare(self.ground)
@@ -210,114 +189,133 @@ class _Pull:
         self.free: IntArray = free
         self.column = np.full(len(mesh.vertices), -1)
         self.column[free] = np.arange(len(free))
-        self.factor = splu(self._energy(judge.triples).tocsc())
-        self.rings = [_ring_points(group, mesh.edge_length) for group in judge.groups]
-        self.choices = _choices(mesh, judge, self.rings)
-
-    def _energy(self, triples: IntArray) -> sparse.spmatrix:
-        """The energy of moves in x (the same in y) of the free vertices."""
-        n, edges = len(self.mesh.vertices), self.mesh.edges
-        second = _stencil(n, triples, (1.0, -2.0, 1.0))
-        first = _stencil(n, edges, (1.0, -1.0))
-        full = BEND * second.T @ second + SHEAR * first.T @ first + STAY * sparse.identity(n)
-        return full.tocsr()[self.free][:, self.free]
+        second = _stencil(len(mesh.vertices), judge.triples, (1.0, -2.0, 1.0))[:, free]
+        first = _stencil(len(mesh.vertices), mesh.edges, (1.0, -1.0))[:, free]
+        energy = BEND * second.T @ second + SHEAR * first.T @ first
+        self.factor = splu((energy + STAY * sparse.identity(len(free))).tocsc())
+        rings = shapely.simplify(shapely.get_exterior_ring(judge.groups), 0.3)
+        spaced = shapely.segmentize(rings, mesh.edge_length / 16)
+        self.rings = [shapely.get_coordinates(ring)[:-1] for ring in spaced]
 
     def positions(self, walls: Sequence[IntArray]) -> FloatArray:
         """Find positions at which the sides ``walls[i]`` pass by obstacle group i."""
-        mesh = self.mesh
-        now = mesh.vertices
+        start = now = self.mesh.vertices
         side = np.concatenate(walls)
         if not len(side):
             return now
-        pair = np.repeat(
-            np.arange(len(side)),
-            np.concatenate([[len(r)] * len(w) for w, r in zip(walls, self.rings)]).astype(int),
-        )
-        points = np.concatenate([r for w, r in zip(walls, self.rings) for _ in w])
+        rings = [ring for some, ring in zip(walls, self.rings) for _ in some]
+        pair = np.repeat(np.arange(len(side)), [len(ring) for ring in rings])
+        points = np.concatenate(rings)
         for _ in range(ROUNDS):
-            rows = _Rows(self.column, mesh.vertices, now)
-            _pass_rows(rows, side[pair], pair, points, mesh.edge_length, self.judge.limit)
-            _reach_rows(rows, self.judge.limit)
-            now = mesh.vertices.copy()
-            now[self.free] += rows.solve(self.factor, len(self.free))
+            parts = [self._pass_rows(now, side[pair], pair, points), self._reach_rows(now)]
+            ends, slopes, gap = (np.concatenate(part) for part in zip(*parts))
+            right = gap + (slopes * (now - start)[ends]).sum(axis=(1, 2))
+            now = start.copy()
+            now[self.free] += self._solve(ends, slopes, right)
         return self.judge.repaired(now)
 
+    def _pass_rows(
+        self, now: FloatArray, ends: IntArray, pair: IntArray, points: FloatArray
+    ) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Ask that points lie on the left of edges, the worst of a pair in each sixth of it.
 
-class _Rows:
-    """Linear inequalities on the moves of the vertices.
+        Returns
+        -------
+        tuple of ndarray
+            Rows: further moves of the vertices (r, 2) times the slopes (r, 2, 2) shall sum to
+            the gap (r,) at least.
+        """
+        h = self.mesh.edge_length
+        normal, share, offset = _beside(points, now[ends[:, 0]], now[ends[:, 1]])
+        offset = offset - SPARE
+        within = np.clip(share, 0.0, 1.0)
+        weight = np.column_stack([1.0 - within, within])
+        lever = np.hypot(*(weight * (self.column[ends] >= 0)).T)
+        use = (np.abs(share - 0.5) < 0.55) & (offset < 0.1 * h)
+        # what no allowed move can mend would only drag everything else along
+        use &= -offset < 1.5 * self.judge.limit * lever
+        some = np.flatnonzero(use)
+        slot = pair[some] * 6 + np.floor(within[some] * 5.999).astype(np.int64)
+        some = some[np.lexsort((offset[some], slot))]
+        some = some[np.diff(np.sort(slot), prepend=-1) > 0]
+        return ends[some], -weight[some][:, :, None] * normal[some][:, None, :], -offset[some]
 
-    Parameters
-    ----------
-    column
-        Shape (n,). Column of each vertex, -1 where it may not move.
-    start, now
-        Shape (n, 2). Positions before all moves and those to linearise at.
-    """
+    def _reach_rows(self, now: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Ask in the same way that no vertex moves further than allowed."""
+        move = now - self.mesh.vertices
+        far = np.hypot(*move.T)
+        some = np.flatnonzero(far > 0.9 * self.judge.limit)
+        slopes = np.zeros((len(some), 2, 2))
+        slopes[:, 0] = -move[some] / far[some, None]
+        return np.column_stack([some, some]), slopes, far[some] - 0.98 * self.judge.limit
 
-    def __init__(self, column: IntArray, start: FloatArray, now: FloatArray) -> None:
-        self.column, self.now = column, now
-        self.moved: FloatArray = now - start
-        self.parts: list[tuple[IntArray, FloatArray, FloatArray]] = []
-
-    def add(self, vertices: IntArray, slopes: FloatArray, gap: FloatArray) -> None:
-        """Ask that the further move times `slopes` (r, k, 2) is at least `gap` (r,)."""
-        so_far = (slopes * self.moved[vertices]).sum(axis=(1, 2))
-        self.parts.append((vertices, slopes, gap + so_far))
-
-    def solve(self, factor: splu, count: int) -> FloatArray:
-        """Least energy moves (count, 2) of the free vertices that keep to the rows."""
-        matrix = np.zeros((2, sum(len(part[2]) for part in self.parts), count + 1))
-        first = 0
-        for vertices, slopes, _ in self.parts:
-            rows = np.arange(first, first + len(vertices))[:, None]
-            for axis in (0, 1):
-                np.add.at(matrix[axis], (rows, self.column[vertices]), slopes[..., axis])
-            first += len(vertices)
-        right = np.concatenate([part[2] for part in self.parts])
+    def _solve(self, ends: IntArray, slopes: FloatArray, right: FloatArray) -> FloatArray:
+        """Find the moves (f, 2) of the free vertices of least energy that keep to rows."""
+        count = len(self.free)
         if not (right > 0).any():
             return np.zeros((count, 2))
-        x, y = matrix[0, :, :-1], matrix[1, :, :-1]
-        answer = factor.solve(np.vstack([x, y]).T)
+        matrix = np.zeros((2, len(right), count + 1))  # pinned vertices: the last column
+        for axis in (0, 1):
+            places = (np.arange(len(right))[:, None], self.column[ends])
+            np.add.at(matrix[axis], places, slopes[..., axis])
+        x, y = matrix[:, :, :-1]
+        answer = self.factor.solve(np.vstack([x, y]).T)
         ax, ay = answer[:, : len(right)], answer[:, len(right) :]
-        gram = x @ ax + y @ ay + np.identity(len(right)) / HARD
-        lower = np.linalg.cholesky(gram)
-        push, _ = nnls(lower.T, np.linalg.solve(lower, right), maxiter=50 * len(right))
+        lower = np.linalg.cholesky(x @ ax + y @ ay + np.identity(len(right)) / HARD)
+        try:
+            push, _ = nnls(lower.T, np.linalg.solve(lower, right), maxiter=50 * len(right))
+        except RuntimeError:  # cycling: no answer is no move
+            push = np.zeros(len(right))
         return np.column_stack([ax @ push, ay @ push])
 
 
-def _search(pull: _Pull, judge: _Judge, start: _Verdict) -> _Verdict:
-    """Improve what is given to obstacle groups, one at a time, the most promising first."""
-    picks = [0] * len(pull.choices)
-    done: set[tuple[int, ...]] = set()
+class _Search:
+    """Looks for the cells to give to each obstacle group."""
 
-    def tried(picks: Sequence[int]) -> _Verdict:
-        done.add(tuple(picks))
-        walls = [pull.choices[g][k].walls for g, k in enumerate(picks)]
-        return judge.verdict(pull.positions(walls))
+    def __init__(self, pull: _Pull, judge: _Judge, start: _Verdict) -> None:
+        self.pull, self.judge, self.start = pull, judge, start
+        self.choices, self.prices = _choices(pull, judge)
+        #: Number of the choice of each group: given up where it is contested.
+        self.picks = [len(p) - 1 if p[0] > 0 else 0 for p in self.prices]
+        self.tried: set[tuple[int, ...]] = set()
+        self.here = self.best = start
+        self._attempt(self.picks)
 
-    def moves() -> list[tuple[float, int, int]]:
-        return sorted(
-            (choice.price - pull.choices[g][picks[g]].price - TROUBLE * here.trouble[g], g, k)
-            for g, choices in enumerate(pull.choices)
-            for k, choice in enumerate(choices)
-            if k != picks[g]
-        )
+    def _attempt(self, picks: list[int]) -> bool:
+        """Try a choice; take it up if it is better."""
+        if tuple(picks) in self.tried or len(self.tried) >= TRIALS:
+            return False
+        self.tried.add(tuple(picks))
+        walls = [self.choices[g][k].walls for g, k in enumerate(picks)]
+        found = self.judge.verdict(self.pull.positions(walls))
+        if found.barred <= self.start.barred and found.cost < self.best.cost - 1e-6:
+            self.best = found
+        if found.cost >= self.here.cost - 1e-6:
+            return False
+        self.here, self.picks = found, picks
+        return True
 
-    here = tried(picks)
-    best = here if here.beats(start, start) else start
-    queue = moves()
-    while queue and len(done) <= TRIALS:
-        _, g, k = queue.pop(0)
-        other = [*picks[:g], k, *picks[g + 1 :]]
-        if tuple(other) in done:
-            continue
-        found = tried(other)
-        if found.beats(best, start):
-            best = found
-        if found.cost < here.cost - 1e-6:
-            here, picks = found, other
-            queue = moves()
-    return best
+    def insert(self) -> None:
+        """Give cells to one contested group after the other, the largest first."""
+        contested = [g for g, p in enumerate(self.prices) if p[0] > 0]
+        for g in sorted(contested, key=lambda g: -shapely.area(self.judge.groups[g])):
+            prices = [_price(self.pull, self.here.vertices, g, c) for c in self.choices[g]]
+            for k in np.argsort(prices, kind="stable")[:2].tolist():
+                if k == self.picks[g] or self._attempt([*self.picks[:g], k, *self.picks[g + 1 :]]):
+                    break
+
+    def improve(self) -> None:
+        """Change the cells of one group at a time, most promising first, while that helps."""
+        improved = True
+        while improved:
+            moves = sorted(
+                (price - prices[self.picks[g]] - self.here.trouble[g], g, k)
+                for g, prices in enumerate(self.prices)
+                for k, price in enumerate(prices)
+            )
+            improved = any(
+                self._attempt([*self.picks[:g], k, *self.picks[g + 1 :]]) for _, g, k in moves
+            )
 
 
 def _stencil(n: int, index: IntArray, weights: tuple[float, ...]) -> sparse.csr_matrix:
@@ -326,13 +324,6 @@ def _stencil(n: int, index: IntArray, weights: tuple[float, ...]) -> sparse.csr_
     return sparse.csr_matrix(
         (np.tile(weights, len(index)), (rows, index.ravel())), shape=(len(index), n)
     )
-
-
-def _ring_points(group: shapely.Geometry, edge_length: float) -> FloatArray:
-    """Points (k, 2) closely spaced round a group of obstacles."""
-    ring = shapely.simplify(shapely.get_exterior_ring(group), 0.3)
-    points: FloatArray = shapely.get_coordinates(shapely.segmentize(ring, edge_length / 16))
-    return points[:-1]
 
 
 def _walls(mesh: QuadMesh, cells: IntArray, pinned: BoolArray) -> IntArray:
@@ -344,7 +335,8 @@ def _walls(mesh: QuadMesh, cells: IntArray, pinned: BoolArray) -> IntArray:
     half = half[~inside[mesh.twins[half] // 4]]
     face, side = half // 4, half % 4
     walls = np.column_stack([mesh.faces[face, side], mesh.faces[face, (side + 1) % 4]])
-    return walls[~pinned[walls].all(axis=1)]
+    movable: IntArray = walls[~pinned[walls].all(axis=1)]
+    return movable
 
 
 def _beside(
@@ -358,50 +350,17 @@ def _beside(
     return normal, (gap * along).sum(axis=-1) / size**2, (gap * normal).sum(axis=-1)
 
 
-def _pass_rows(
-    rows: _Rows,
-    ends: IntArray,
-    pair: IntArray,
-    points: FloatArray,
-    edge_length: float,
-    limit: float,
-) -> None:
-    """Ask that points lie on the left of edges, the worst of each pair in each sixth of it."""
-    normal, share, offset = _beside(points, rows.now[ends[:, 0]], rows.now[ends[:, 1]])
-    free = rows.column[ends] >= 0
-    share_in = np.clip(share, 0.0, 1.0)
-    weight = np.column_stack([1.0 - share_in, share_in])
-    lever = np.hypot(*(weight * free).T)
-    # what no allowed move can mend would only drag everything else along
-    use = (np.abs(share - 0.5) < 0.55) & (offset < 0.1 * edge_length)
-    use &= -offset < 1.5 * limit * lever
-    some = np.flatnonzero(use)
-    slot = pair[some] * 6 + np.floor(share_in[some] * 5.999).astype(np.int64)
-    some = some[np.lexsort((offset[some], slot))]
-    slot = np.sort(slot)
-    some = some[np.diff(slot, prepend=-1) > 0]
-    slopes = -weight[some][:, :, None] * normal[some][:, None, :]
-    rows.add(ends[some], slopes, -offset[some])
-
-
-def _reach_rows(rows: _Rows, limit: float) -> None:
-    """Ask that no vertex moves further than `limit` metres."""
-    far = np.hypot(*rows.moved.T)
-    some = np.flatnonzero(far > 0.9 * limit)
-    slopes = -(rows.moved[some] / far[some, None])[:, None, :]
-    rows.add(some[:, None], slopes, far[some] - 0.98 * limit)
-
-
-def _choices(mesh: QuadMesh, judge: _Judge, rings: Sequence[FloatArray]) -> list[list[_Choice]]:
-    """List what each obstacle group may be given, as sides that pass it, most promising first.
+def _choices(pull: _Pull, judge: _Judge) -> tuple[list[list[_Choice]], list[list[float]]]:
+    """List what each obstacle group may be given, and the prices, most promising first.
 
     Sets that leave out cells which the group covers now ask the mesh to move; those of several
-    cells leave the edges between barred. Last comes no cell at all: the group is given up.
+    cells leave the edges between barred. Last comes no side at all: the group is given up.
     """
+    mesh = judge.mesh
     shapes = shapely.polygons(mesh.vertices[mesh.faces])
     tree = shapely.STRtree(shapes)
-    choices = []
-    for group, ring in zip(judge.groups, rings):
+    choices, prices = [], []
+    for g, group in enumerate(judge.groups):
         faces = np.sort(tree.query(group, predicate="intersects"))
         covered = shapely.area(shapely.intersection(shapes[faces], group))
         order = np.argsort(-covered, kind="stable")
@@ -410,36 +369,28 @@ def _choices(mesh: QuadMesh, judge: _Judge, rings: Sequence[FloatArray]) -> list
         top = faces[:COMBINED].tolist()
         for k in range(1, len(top) + 1):
             sets |= {tuple(sorted(some)) for some in itertools.combinations(top, k)}
-        rated = []
-        for some in sorted(sets):
-            cells = np.array(some, dtype=np.int64)
-            walls = _walls(mesh, cells, judge.pinned)
-            rated.append(_Choice(walls, _price(mesh, judge, cells, walls, group, ring)))
-        rated.sort(key=lambda choice: choice.price)
-        none = np.zeros((0, 2), dtype=np.int64)
-        given_up = _Choice(none, _price(mesh, judge, faces, none, group, ring))
-        choices.append([*rated[:CHOICES], given_up])
-    return choices
+        own = [np.array(some, dtype=np.int64) for some in sorted(sets)]
+        found = [_Choice(cells, _walls(mesh, cells, judge.pinned)) for cells in own]
+        rated = [_price(pull, mesh.vertices, g, choice) for choice in found]
+        kept = np.argsort(rated, kind="stable")[:CHOICES].tolist()
+        given_up = _Choice(faces, np.zeros((0, 2), dtype=np.int64))
+        choices.append([*(found[k] for k in kept), given_up])
+        prices.append([*(rated[k] for k in kept), _price(pull, mesh.vertices, g, given_up)])
+    return choices, prices
 
 
-def _price(
-    mesh: QuadMesh,
-    judge: _Judge,
-    cells: IntArray,
-    walls: IntArray,
-    group: shapely.Geometry,
-    ring: FloatArray,
-) -> float:
-    """Estimate what it costs to give cells to a group: edges given up, edges moved."""
+def _price(pull: _Pull, vertices: FloatArray, g: int, choice: _Choice) -> float:
+    """Estimate what it costs to give cells to group g: edges given up, edges moved."""
+    mesh, judge = pull.mesh, pull.judge
     h = mesh.edge_length
-    sides, uses = np.unique(mesh.face_edges[cells], return_counts=True)
+    sides, uses = np.unique(mesh.face_edges[choice.cells], return_counts=True)
     inner = sides[(uses == 2) & ~mesh.foreign[sides]]
-    lines = shapely.linestrings(mesh.vertices[mesh.edges[inner]])
-    lost = shapely.length(shapely.intersection(lines, group)) > TOUCH
-    ends = mesh.vertices[walls]
-    _, share, offset = _beside(ring, ends[:, :1], ends[:, 1:])
+    lines = shapely.linestrings(vertices[mesh.edges[inner]])
+    lost = shapely.length(shapely.intersection(lines, judge.groups[g])) > TOUCH
+    ends = vertices[choice.walls]
+    _, share, offset = _beside(pull.rings[g], ends[:, :1], ends[:, 1:])
     within = np.clip(share, 0.0, 1.0)
-    pinned = judge.pinned[walls][:, None]
+    pinned = judge.pinned[choice.walls][:, None]
     lever = np.hypot((1 - within) * ~pinned[..., 0], within * ~pinned[..., 1])
     short = np.where(np.abs(share - 0.5) < 0.55, -offset, 0.0) / np.maximum(lever, 1e-6)
     need = short.max(axis=1, initial=0.0)

@@ -329,6 +329,9 @@ def _sinks(
     mark = np.zeros(len(mesh.vertices), dtype=np.bool_)
     if spec.sink_mode in ("streets", "boundary"):
         mark[mesh.edges[street].ravel()] = True
+        # where the outline was cleaned, the true edge may run through an inner vertex
+        at_edge = shapely.distance(shapely.points(mesh.vertices), site.street_frontage) < 1.0
+        mark |= at_edge & ~mesh.boundary_vertices
         remedy = (
             "Add the road layer, enlarge the snap distance so that roads beside the site are "
             "found, or let the whole boundary be the sink."

@@ -176,6 +176,8 @@ def _check(found: dict[str, Any], around: dict[str, Any], plan: Any) -> Any:
         found["streets"].set_index("street_id", drop=False),
         site=around["site"],
         obstacles=around["site_obstacles"],
+        boundary_streets=around["boundary_streets"] if asked.sink_mode == "streets" else None,
+        snap_distance=plan.plans[0].site.snap_distance if plan.plans else 30.0,
         sinks=None if everywhere else junctions[junctions["is_sink"]],
         edge_length=edge_length(asked),
         dead_ends=asked.dead_ends,

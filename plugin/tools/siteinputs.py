@@ -98,7 +98,7 @@ def prepared_sites(request: Request, progress: FeedbackProgress, key: str = "INP
     InputError
         No polygon of the layer can be used as a site.
     """
-    from ...algorithms.site import access_points_from_layer, prepare_sites
+    from ...algorithms.site import access_points_of_sites, prepare_sites
 
     reading = progress.part(0.0, 0.5)
     polygons = request.frame(key, reading)
@@ -130,13 +130,11 @@ def prepared_sites(request: Request, progress: FeedbackProgress, key: str = "INP
     points = given.get("ACCESS_POINTS")
     if points is None:
         return prepared
-    name = request.name("ACCESS_POINTS")
+    shared = access_points_of_sites(points, prepared.sites, request.name("ACCESS_POINTS"))
     return dataclasses.replace(
         prepared,
         sites=tuple(
-            dataclasses.replace(
-                site, access_points=tuple(access_points_from_layer(points, site, name))
-            )
-            for site in prepared.sites
+            dataclasses.replace(site, access_points=tuple(own))
+            for site, own in zip(prepared.sites, shared)
         ),
     )

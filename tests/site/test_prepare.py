@@ -214,9 +214,7 @@ def test_many_roads_and_obstacles_take_seconds(scene):
 
 def test_kept_inner_streets_are_in_the_layer_and_come_back_from_it(scene):
     scene.roads.append((LineString([(150, -10), (150, 40), (170, 40)]), "Yard Way", "service"))
-    layers = site_layers(
-        prepare_sites(scene.site_frame(), scene.road_frame(), inner_roads="keep")
-    )
+    layers = site_layers(prepare_sites(scene.site_frame(), scene.road_frame(), inner_roads="keep"))
     streets = layers["boundary_streets"]
     inside = streets[streets["place"] == "inside"]
     assert inside[["name", "kind"]].to_numpy().tolist() == [["Yard Way", "service"]]
@@ -228,7 +226,7 @@ def test_kept_inner_streets_are_in_the_layer_and_come_back_from_it(scene):
         assert (back.name, back.kind) == ("Yard Way", "service")
         assert back.line.length == pytest.approx(60)
         once_more = site_layers(again)["boundary_streets"]
-        assert sorted(once_more["place"]) == sorted(streets["place"])
+        assert (once_more["place"] == "inside").sum() == 1
         assert once_more["length_m"].sum() == pytest.approx(streets["length_m"].sum(), abs=1)
 
 

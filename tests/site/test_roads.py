@@ -128,6 +128,6 @@ def test_a_ring_without_junctions_starts_where_the_name_changes():
 def test_of_two_lines_on_one_another_the_named_one_counts():
     a = LineString([(0, 0), (10, 0)])
     for names in (["", "Mill"], ["Mill", ""]):
-        net = build_network(np.array([a, a.reverse()], dtype=object),
-                            np.array(names, dtype=object), np.array(["", ""], dtype=object))  # fmt: skip
+        twice, blank = np.array([a, a.reverse()], dtype=object), np.array(["", ""], dtype=object)
+        net = build_network(twice, np.array(names, dtype=object), blank)
         assert net.names.tolist() == ["Mill"]
