@@ -151,13 +151,17 @@ def block_length_windows(
     middles = mesh.vertices[mesh.edges].mean(axis=1)
     seen: set[tuple[int, ...]] = set()
     for strip in mesh.strips():
+        closed = len(strip) > 1 and strip[0] == strip[-1]
+        if closed:
+            # twice round, so that windows reach over the seam
+            strip = np.concatenate([strip, strip[1:]])
         steps = np.hypot(*np.diff(middles[strip], axis=0).T)
         along = np.concatenate([[0.0], np.cumsum(steps)])
         for i in range(len(strip)):
             j = int(np.searchsorted(along, along[i] + length_limit, side="right"))
-            if j >= len(strip):
+            if j >= len(strip) or (closed and j - i > len(strip) // 2):
                 break
-            window = tuple(sorted(int(e) for e in strip[i + 1 : j] if usable[e]))
+            window = tuple(sorted({int(e) for e in strip[i + 1 : j] if usable[e]}))
             if window and window not in seen:
                 seen.add(window)
                 clauses.append(Clause(window, penalty, "block length"))

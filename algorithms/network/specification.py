@@ -115,6 +115,12 @@ class Specification:
             value = getattr(self, name)
             if value is not None and not value >= 0:
                 raise InputError(f"{name} must not be negative.", "Give 0 or more.")
+        if self.coverage is not None and self.coverage_unit == "edges":
+            if self.coverage < 1 or self.coverage != int(self.coverage):
+                raise InputError(
+                    f"A coverage of {self.coverage:g} edges is not possible.",
+                    "Give a whole number of edges, 1 or more, or a range in metres.",
+                )
         if self.levels not in (1, 2):
             raise InputError("levels must be 1 or 2.", "Choose 1 or 2 street levels.")
 

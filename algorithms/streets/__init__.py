@@ -3,7 +3,8 @@
 from .fitting import edge_length, site_mesh, site_meshes
 from .layers import plan_layers
 from .plan import SitePlan, StreetPlan, design_streets, plan_site
-from .survey import Ground, Wishes, arriving_streets, survey
+from .survey import Ground, arriving_streets, survey
+from .wishes import Wishes
 
 __all__ = [
     "Ground",

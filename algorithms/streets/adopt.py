@@ -32,7 +32,9 @@ RIGHT_OF_WAY = 15.0
 LEAST_SINE = 0.35
 
 
-def adopt_streets(mesh: QuadMesh, site: Site) -> tuple[QuadMesh, BoolArray]:
+def adopt_streets(
+    mesh: QuadMesh, site: Site, wished: Sequence[LineString] = ()
+) -> tuple[QuadMesh, BoolArray]:
     """Pull mesh lines onto existing streets inside the mesh.
 
     Parameters
@@ -41,6 +43,8 @@ def adopt_streets(mesh: QuadMesh, site: Site) -> tuple[QuadMesh, BoolArray]:
         The candidate mesh.
     site
         The site with its boundary streets and kept inner streets.
+    wished
+        Lines along which a new street must run: mesh lines are pulled onto them, too.
 
     Returns
     -------
@@ -51,7 +55,8 @@ def adopt_streets(mesh: QuadMesh, site: Site) -> tuple[QuadMesh, BoolArray]:
     """
     adopted = np.zeros(len(mesh.edges), dtype=np.bool_)
     targets: dict[int, FloatArray] = {}
-    for line in _inner_lines(mesh, site):
+    existing = _inner_lines(mesh, [existing_lines(site)])
+    for i, line in enumerate([*existing, *_inner_lines(mesh, wished)]):
         path = _path_along(mesh, line)
         if not path:
             continue
@@ -62,6 +67,8 @@ def adopt_streets(mesh: QuadMesh, site: Site) -> tuple[QuadMesh, BoolArray]:
         if _least_sine(mesh, moved) < min(LEAST_SINE, _least_sine(mesh, mesh.vertices) - 0.02):
             continue
         targets = trial
+        if i >= len(existing):
+            continue
         for u, v in zip(path, path[1:]):
             adopted[mesh.edge_between(u, v)] = True
     if not targets:
@@ -71,16 +78,20 @@ def adopt_streets(mesh: QuadMesh, site: Site) -> tuple[QuadMesh, BoolArray]:
     return dataclasses.replace(mesh, vertices=_moved(mesh, targets), fixed=fixed), adopted
 
 
+def existing_lines(site: Site) -> shapely.Geometry:
+    """Centre lines of all existing streets of a site as one geometry."""
+    lines = [street.line for street in (*site.boundary_streets, *site.inner_streets)]
+    return shapely.union_all(np.array(lines, dtype=object))
+
+
 def right_of_way(site: Site) -> shapely.Geometry:
     """Ground of the existing streets at the site: streets may cross it."""
-    lines = [street.line for street in (*site.boundary_streets, *site.inner_streets)]
-    return shapely.buffer(shapely.union_all(np.array(lines, dtype=object)), RIGHT_OF_WAY)
+    return shapely.buffer(existing_lines(site), RIGHT_OF_WAY)
 
 
-def _inner_lines(mesh: QuadMesh, site: Site) -> Sequence[LineString]:
-    """Parts of existing streets that run inside the mesh, longest first."""
-    streets = [street.line for street in (*site.boundary_streets, *site.inner_streets)]
-    if not streets:
+def _inner_lines(mesh: QuadMesh, streets: Sequence[shapely.Geometry]) -> list[LineString]:
+    """Parts of streets that run inside the mesh, longest first."""
+    if not any(street.length for street in streets):
         return []
     outline = shapely.union_all(shapely.polygons(mesh.vertices[mesh.faces]), grid_size=0.001)
     deep = shapely.buffer(outline, -DEPTH * mesh.edge_length)

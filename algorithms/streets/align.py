@@ -21,7 +21,7 @@ from ..mesh import QuadMesh
 from ..network.problem import FloatArray, IntArray
 from ..site.types import Site
 from .chains import CORNER, chains
-from .survey import TOUCH
+from .wishes import TOUCH
 
 #: Pull back to the place in the mesh, against 1 for straightness.
 STAY = 0.04
@@ -157,7 +157,7 @@ def _stay_rows(
     arrivals: Mapping[int, tuple[float, float]],
 ) -> None:
     """Hold vertices near their place; on the boundary they may only slide."""
-    ring = site.polygon.boundary
+    rings = [site.polygon.exterior, *site.polygon.interiors]
     for v in used:
         x, y = mesh.vertices[v].tolist()
         if not mesh.boundary_vertices[v]:
@@ -166,8 +166,12 @@ def _stay_rows(
             continue
         # sliding along a curved outline would leave it: only straight stretches may slide
         slide = 2 * STAY if v not in arrivals and not mesh.fixed[v] else 50.0
-        along = ring.project(shapely.Point(x, y))
-        a, b = (np.array(ring.interpolate(along + d).coords[0]) for d in (-8.0, 8.0))
+        here = shapely.Point(x, y)
+        ring = min(rings, key=here.distance)
+        along = ring.project(here)
+        a, b = (
+            np.array(ring.interpolate((along + d) % ring.length).coords[0]) for d in (-8.0, 8.0)
+        )
         tx, ty = ((b - a) / (np.hypot(*(b - a)) or 1.0)).tolist()
         rows.add([(v, -ty, tx)], -ty * x + tx * y, 50.0)
         rows.add([(v, tx, ty)], tx * x + ty * y, slide)

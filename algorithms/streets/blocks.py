@@ -96,8 +96,9 @@ def reach_edge(site: Site, xy: tuple[float, float], from_xy: tuple[float, float]
     edge = site.polygon.boundary
     nearest = shapely.get_point(shapely.shortest_line(here, edge), 1)
     gap = here.distance(nearest)
-    if gap < GRID:
-        return LineString([xy, xy])
+    if gap < 0.05:
+        # on the edge but for rounding: a breath beyond it, so that noding finds the crossing
+        return LineString([end - step * 0.1, end + step * 0.1])
     ray = LineString([end, end + step * min(REACH, 2 * gap + 0.1)])
     hit = shapely.intersection(ray, edge)
     if not hit.is_empty:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import shapely
+from shapely.geometry import LineString
 
 from ..errors import MeshError
 from ..mesh import QuadMesh, quadrangulate
@@ -46,8 +47,12 @@ def site_meshes(
     spec: Specification,
     arrivals: Sequence[AccessPoint] = (),
     progress: Progress | None = None,
+    required: Sequence[LineString] = (),
 ) -> list[QuadMesh]:
     """Make candidate meshes of a site, boundary vertices drawn to where streets arrive.
+
+    They are drawn to where required streets leave the site, too: vertices attracted to those
+    have an index in `QuadMesh.attracted` beyond that of the arrivals.
 
     With the planner's rules cells of several sizes are tried: all of them on a small site,
     where designing takes well under a second, the one whose cells fit best on a large one.
@@ -57,7 +62,9 @@ def site_meshes(
     MeshError
         If the site is too small or too narrow for the block width.
     """
-    points = np.array([p.xy for p in arrivals], dtype=float).reshape(-1, 2)
+    edge = site.polygon.boundary
+    ends = [xy for line in required for xy in shapely.get_coordinates(line.intersection(edge))]
+    points = np.array([*(p.xy for p in arrivals), *ends], dtype=float).reshape(-1, 2)
     h = edge_length(spec)
     fitting = spec.rules == "planner" and spec.edge_length is None
     meshes: list[QuadMesh] = []

@@ -13,13 +13,15 @@ from shapely.ops import substring
 
 from ..network.problem import FloatArray, IntArray
 from ..site.carry import carry_to_centre_line
-from ..site.types import Site
+from .adopt import existing_lines
 from .align import Alignment
 from .blocks import reach_edge
 from .survey import Ground
 
 #: Points nearer than this are one (metres).
 TOUCHING = 0.05
+#: A street nearer than this to the end of a new one is met in any case (metres).
+NEAR = 12.0
 #: A street is carried on over at most this many times the snap distance.
 CARRY = 1.4
 
@@ -55,12 +57,6 @@ def _crossings(line: LineString, other: shapely.Geometry) -> list[float]:
     """Where a line meets something, as distances along it in ascending order, metres."""
     meeting = shapely.get_coordinates(shapely.intersection(line, other))
     return sorted(float(line.project(shapely.Point(xy))) for xy in meeting)
-
-
-def existing_lines(site: Site) -> shapely.Geometry:
-    """Centre lines of all existing streets of a site as one geometry."""
-    lines = [street.line for street in (*site.boundary_streets, *site.inner_streets)]
-    return shapely.union_all(np.array(lines, dtype=object))
 
 
 def connectors(ground: Ground, level: IntArray, alignment: Alignment) -> dict[int, LineString]:
@@ -104,9 +100,20 @@ def _way_out(ground: Ground, vertex: int, line: FloatArray) -> LineString:
         if point is not None
         else carry_to_centre_line(site, points[-1], heading, CARRY * site.snap_distance)
     )
+    if target is None:
+        target = _nearest(existing_lines(site), points[-1])
     if target is not None and math.dist(points[-1], target) > TOUCHING:
         points.append(target)
     return LineString(points if len(points) > 1 else [points[0], points[0]])
+
+
+def _nearest(streets: shapely.Geometry, xy: tuple[float, float]) -> tuple[float, float] | None:
+    """Find the nearest point of the streets, if it is very near."""
+    here = shapely.Point(xy)
+    if streets.is_empty or here.distance(streets) > NEAR:
+        return None
+    foot = shapely.get_coordinates(shapely.shortest_line(here, streets))[-1]
+    return (float(foot[0]), float(foot[1]))
 
 
 def _to_first(way: LineString, streets: shapely.Geometry) -> LineString:

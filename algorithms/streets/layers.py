@@ -11,6 +11,7 @@ import pandas as pd
 from pyproj import CRS
 from shapely.geometry import Point
 
+from ..network.specification import Specification
 from ..site.types import BoundaryStreet
 from .joints import split_at
 from .plan import SitePlan, StreetPlan
@@ -23,6 +24,11 @@ CLASS_LEVEL = {
     **dict.fromkeys(("motorway", "trunk", "primary", "secondary"), 1),
     **dict.fromkeys(("tertiary", "collector"), 2),
 }
+
+#: Blocks longer than this many times the wished length are named.
+LONG = 1.8
+#: A new street that ends this near to where an existing one arrives continues it (metres).
+ARRIVES = 15.0
 
 COLUMNS: Mapping[str, Sequence[str]] = {
     "streets": (
@@ -60,14 +66,24 @@ def plan_layers(plan: StreetPlan) -> dict[str, gpd.GeoDataFrame]:
     parts: dict[str, list[gpd.GeoDataFrame]] = {key: [] for key in COLUMNS}
     source = plan.plans[0].site.source_crs if plan.plans else CRS.from_epsg(4326)
     for own in plan.plans:
-        rows = {
+        rows: dict[str, Iterable[Row]] = {
             "streets": [*_new_streets(own), *_existing_streets(own)],
             "junctions": _junctions(own),
             "blocks": _blocks(own),
-            "problems": _problems(own),
+            "problems": _problems(own, plan.specification),
         }
         for key, values in rows.items():
             parts[key].append(_frame(values, COLUMNS[key], own.site.crs, source))
+    for site, error in plan.failures:
+        row = {
+            "layer": site.name,
+            "feature": str(site.feature),
+            "problem": str(error),
+            "action": "this site has no streets",
+            "severity": "error",
+            "geometry": site.polygon.representative_point(),
+        }
+        parts["problems"].append(_frame([row], COLUMNS["problems"], site.crs, source))
     layers = {}
     for key, frames in parts.items():
         full = [frame for frame in frames if len(frame)]
@@ -107,6 +123,9 @@ def _new_streets(plan: SitePlan) -> Iterable[Row]:
             "geometry": s.line,
         }
     mesh, level = plan.network.ground.mesh, plan.network.level
+    reached = {
+        v: d for s in plan.segments for v, d in ((s.start, s.dist_start), (s.end, s.dist_end))
+    }
     for v, line in plan.connectors.items():
         own = int(min(level[e] for e in mesh.vertex_edges[v] if level[e] > 0))
         point = plan.network.ground.arrivals.get(v)
@@ -115,9 +134,9 @@ def _new_streets(plan: SitePlan) -> Iterable[Row]:
             "level": own,
             "status": "connector",
             "length_m": line.length,
-            "dist_to_sink_m": 0.0,
-            "dist_start_m": 0.0,
-            "dist_end_m": 0.0,
+            "dist_to_sink_m": reached.get(v),
+            "dist_start_m": reached.get(v),
+            "dist_end_m": reached.get(v),
             "direction": 1,
             "speed_kmh": SPEED[own],
             "name": point.name if point is not None else "",
@@ -138,9 +157,9 @@ def _existing_streets(plan: SitePlan) -> Iterable[Row]:
                 "level": own,
                 "status": "existing",
                 "length_m": line.length,
-                "dist_to_sink_m": 0.0,
-                "dist_start_m": 0.0,
-                "dist_end_m": 0.0,
+                "dist_to_sink_m": None,
+                "dist_start_m": None,
+                "dist_end_m": None,
                 "direction": 0,
                 "speed_kmh": SPEED[own],
                 "name": street.name,
@@ -194,14 +213,48 @@ def _blocks(plan: SitePlan) -> Iterable[Row]:
         }
 
 
-def _problems(plan: SitePlan) -> Iterable[Row]:
+def _problems(plan: SitePlan, spec: Specification) -> Iterable[Row]:
     """List what could not be had, place by place."""
     for xy in plan.uncovered:
-        yield {
-            "layer": plan.site.name,
-            "feature": str(plan.site.feature),
-            "problem": "No street comes near this place.",
-            "action": "left without a street: obstacles, walls or a bottleneck allow none",
-            "severity": "warning",
-            "geometry": Point(xy),
-        }
+        yield _problem(
+            plan,
+            Point(xy),
+            "No street comes near this place.",
+            "left without a street: obstacles, walls or a bottleneck allow none",
+        )
+    for block in plan.blocks:
+        if block.length > LONG * spec.block_length and block.width > 0.5 * spec.block_width:
+            yield _problem(
+                plan,
+                block.polygon.representative_point(),
+                f"This block is {block.length:.0f} m long, the wished length is "
+                f"{spec.block_length:g} m.",
+                "left so: no street may end at a side of the site without a road; add the road "
+                "layer, raise the snap distance or let the whole boundary be the exit",
+            )
+    ends = [Point(xy) for s in plan.segments for xy in (s.line.coords[0], s.line.coords[-1])]
+    for point in plan.arrivals:
+        here = Point(point.xy)
+        if not any(here.distance(end) < ARRIVES for end in ends):
+            name = point.name or "without a name"
+            yield _problem(
+                plan,
+                here,
+                f"The existing street {name} that arrives here is not continued.",
+                "left so: it would cost more than it is worth; raise the weight of continuing",
+                "info",
+            )
+
+
+def _problem(
+    plan: SitePlan, place: Point, problem: str, action: str, severity: str = "warning"
+) -> Row:
+    """Make a row of the problems layer."""
+    return {
+        "layer": plan.site.name,
+        "feature": str(plan.site.feature),
+        "problem": problem,
+        "action": action,
+        "severity": severity,
+        "geometry": place,
+    }

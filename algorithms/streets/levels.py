@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+import time
 from dataclasses import dataclass, field
 
 import networkx as nx
 import numpy as np
 import numpy.typing as npt
 
+from ..errors import CancelledError
 from ..network.problem import BoolArray, Clause, Design, NetworkProblem
 from ..network.solve import solve
 from ..network.specification import FORBID, Specification
@@ -21,6 +22,8 @@ from .survey import Ground
 LOLLIPOP_ROUNDS = 4
 #: What a ring on a stem may cost, in mesh edge lengths.
 LOLLIPOP_PENALTY = 6.0
+#: Share of the time for the collectors; what they leave over goes to the blocks.
+COLLECTOR_SHARE = 0.65
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,15 +48,18 @@ class LevelledNetwork:
         Shape (e,). Street level of each edge, 0 where there is no new street.
     solved
         The problems in the order in which they were solved.
+    cancelled
+        Whether blocks were left without local streets because the run was cancelled.
     """
 
     ground: Ground
     level: npt.NDArray[np.int64]
     solved: tuple[Solved, ...] = field(default=())
+    cancelled: bool = False
 
     @property
     def objective(self) -> float:
-        """Sum of the objectives of all programs."""
+        """Sum of the objectives of all programs that were solved."""
         return float(sum(s.design.objective for s in self.solved))
 
     @property
@@ -65,6 +71,8 @@ class LevelledNetwork:
     def stopped(self) -> str:
         """Why the search ended, the least final reason of all programs."""
         reasons = [s.design.stopped for s in self.solved] or ["optimal"]
+        if self.cancelled:
+            reasons.append("cancelled")
         order = ("cancelled", "time", "gap", "optimal")
         return min(reasons, key=order.index)
 
@@ -93,22 +101,62 @@ def design_levels(
     progress
         Told of stages and incumbents; asked for cancellation.
     """
-    progress = progress or Silent()
-    deadline = Deadline(seconds, progress)
+    told = _Sum(progress or Silent())
+    deadline = Deadline(seconds, told)
     level = np.zeros(len(ground.mesh.edges), dtype=np.int64)
     solved: list[Solved] = []
     if spec.levels == 2:
-        progress.stage("Collectors", 0.35)
+        told.stage("Collectors", 0.35)
         problem = level_problem(ground, spec, COLLECTOR, level > 0)
-        first = solve_level(problem, spec, 0.5 * deadline.left, progress, "collectors")
-        solved.append(first)
-        level[first.design.active] = COLLECTOR
+        solved.append(
+            solve_level(problem, spec, COLLECTOR_SHARE * deadline.left, told, "collectors")
+        )
+        told.add(solved[-1].design)
+        level[solved[-1].design.active] = COLLECTOR
         if callable(refine):
             ground, level = refine(ground, level)
-    progress.stage("Local streets", 0.6)
-    for one in _locals(ground, spec, level, deadline, progress):
-        solved.append(one)
-    return LevelledNetwork(ground, level, tuple(solved))
+    told.stage("Local streets", 0.6)
+    local, cancelled = _locals(ground, spec, level, deadline, told, bool(solved))
+    return LevelledNetwork(ground, level, (*solved, *local), cancelled)
+
+
+class _Sum:
+    """Adds what is solved already to what a part of the search reports.
+
+    A planner wants one price that falls, not one for each block.
+    """
+
+    def __init__(self, progress: Progress) -> None:
+        self.progress = progress
+        self.price = self.proven = 0.0
+        self.start = time.monotonic()
+
+    def add(self, design: Design) -> None:
+        """Count a finished part."""
+        self.price += design.objective
+        self.proven += design.bound
+
+    def stage(self, text: str, fraction: float) -> None:
+        """Pass the stage on."""
+        self.progress.stage(text, fraction)
+
+    def search(self, state: SearchState) -> None:
+        """Pass the state on with what is solved already."""
+        incumbent = None if state.incumbent is None else state.incumbent + self.price
+        bound = None if state.bound is None else state.bound + self.proven
+        self.progress.search(SearchState(incumbent, bound, time.monotonic() - self.start))
+
+    def info(self, text: str) -> None:
+        """Pass the remark on."""
+        self.progress.info(text)
+
+    def warn(self, text: str) -> None:
+        """Pass the warning on."""
+        self.progress.warn(text)
+
+    def cancelled(self) -> bool:
+        """Ask the caller."""
+        return self.progress.cancelled()
 
 
 def _locals(
@@ -116,28 +164,43 @@ def _locals(
     spec: Specification,
     level: npt.NDArray[np.int64],
     deadline: Deadline,
-    progress: Progress,
-) -> Iterator[Solved]:
-    """Solve the local streets block by block, the largest first; `level` is filled in."""
+    progress: _Sum,
+    in_hand: bool,
+) -> tuple[list[Solved], bool]:
+    """Solve the local streets block by block, the largest first; `level` is filled in.
+
+    Returns
+    -------
+    solved
+        What was solved.
+    cancelled
+        Whether blocks were left out. A cancelled run keeps what it has: the collectors, and
+        every block that is finished, stand on their own.
+    """
     groups = face_groups(ground, level > 0)
     groups.sort(key=lambda group: (-len(group), min(group)))
     sizes = [len(group) for group in groups]
+    solved: list[Solved] = []
     for i, group in enumerate(groups):
-        # a cancelled run keeps what it has; the collectors stand on their own
-        if progress.cancelled():
+        if progress.cancelled() and (in_hand or solved):
             progress.warn("Cancelled: the blocks that were not reached have no local streets.")
-            return
-        problem = level_problem(ground, spec, LOCAL, level > 0)
-        part = restrict(problem, group)
-        if not part.candidate.any():
+            return solved, True
+        problem = restrict(level_problem(ground, spec, LOCAL, level > 0), group)
+        if not problem.candidate.any():
             continue
+        name = f"Local streets, block {i + 1} of {len(groups)}"
+        progress.stage(name, 0.6 + 0.3 * i / len(groups))
         share = max(1.0, deadline.left * sizes[i] / max(1, sum(sizes[i:])))
-        one = solve_level(part, spec, share, progress, f"block {i + 1} of {len(groups)}")
+        try:
+            one = solve_level(problem, spec, share, progress, name)
+        except CancelledError:
+            if not (in_hand or solved):
+                raise
+            return solved, True
+        progress.add(one.design)
         level[one.design.active] = LOCAL
-        progress.stage(
-            f"Local streets, block {i + 1} of {len(groups)}", 0.6 + 0.3 * i / len(groups)
-        )
-        yield one
+        solved.append(one)
+    return solved, False
 
 
 def solve_level(
@@ -254,8 +317,3 @@ def restrict(problem: NetworkProblem, faces: frozenset[int]) -> NetworkProblem:
         patterns=tuple(patterns),
         cover=cover,
     )
-
-
-def search_state(network: LevelledNetwork, seconds: float) -> SearchState:
-    """Sum up a levelled network for the progress line."""
-    return SearchState(network.objective, network.bound, seconds)

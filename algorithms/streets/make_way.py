@@ -6,7 +6,7 @@ the cells in which it shall lie (one where it fits, several where it does not), 
 move as little and as evenly as they can until the sides of those cells pass it by: a quadratic
 programme with second differences along mesh lines as energy and one linear inequality for each
 place where an edge would touch, solved in its dual by non-negative least squares and
-re-linearised a few times. Which cells an obstacle gets is improved by local search.
+re-linearised a few times. Obstacles get their cells one by one; a local search improves that.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from ..mesh.quality import line_bends, scaled_jacobians
 from ..mesh.relax import line_triples
 from ..network.problem import BoolArray, FloatArray, IntArray
 from ..site.types import Site
-from .survey import TOUCH
+from .wishes import TOUCH
 
 #: Energy of vertex moves: even along mesh lines, alike at both ends of an edge, small; and the
 #: weight of a broken inequality against it.
@@ -139,7 +139,7 @@ class _Judge:
         """Length of every inner edge outside the site, metres."""
         lines = self._lines(vertices)
         away = np.zeros(len(lines))
-        some = np.flatnonzero(~shapely.covers(self.ground, lines))
+        some = ~shapely.covers(self.ground, lines)
         away[some] = shapely.length(shapely.difference(lines[some], self.ground))
         return away
 
@@ -152,10 +152,8 @@ class _Judge:
         touched = np.zeros(len(lines))
         np.add.at(touched, edge, inside)
         near = touched > TOUCH
-        hit = np.flatnonzero(near)
-        solid = shapely.length(shapely.intersection(lines[hit], self.solid))
-        barred = np.zeros(len(lines), dtype=np.bool_)
-        barred[hit] = solid > TOUCH
+        barred = near.copy()
+        barred[near] = shapely.length(shapely.intersection(lines[near], self.solid)) > TOUCH
         weight = np.where(barred, 1.0, NEAR * near) * size / self.mesh.edge_length
         trouble = np.zeros(len(self.groups))
         np.add.at(trouble, group, weight[edge])
@@ -251,22 +249,24 @@ class _Pull:
 
     def _solve(self, ends: IntArray, slopes: FloatArray, right: FloatArray) -> FloatArray:
         """Find the moves (f, 2) of the free vertices of least energy that keep to rows."""
-        count = len(self.free)
         if not (right > 0).any():
-            return np.zeros((count, 2))
-        matrix = np.zeros((2, len(right), count + 1))  # pinned vertices: the last column
-        for axis in (0, 1):
-            places = (np.arange(len(right))[:, None], self.column[ends])
-            np.add.at(matrix[axis], places, slopes[..., axis])
-        x, y = matrix[:, :, :-1]
-        answer = self.factor.solve(np.vstack([x, y]).T)
-        ax, ay = answer[:, : len(right)], answer[:, len(right) :]
-        lower = np.linalg.cholesky(x @ ax + y @ ay + np.identity(len(right)) / HARD)
+            return np.zeros((len(self.free), 2))
+        place = self.column[ends]
+        slopes = slopes * (place >= 0)[..., None]
+        used, where = np.unique(np.maximum(place, 0), return_inverse=True)
+        unit = np.zeros((len(self.free), len(used)))
+        unit[used, np.arange(len(used))] = 1.0
+        answer = self.factor.solve(unit)
+        x, y = np.zeros((2, len(right), len(used)))
+        for matrix, slope in ((x, slopes[..., 0]), (y, slopes[..., 1])):
+            np.add.at(matrix, (np.arange(len(right))[:, None], where.reshape(-1, 2)), slope)
+        gram = x @ answer[used] @ x.T + y @ answer[used] @ y.T
+        lower = np.linalg.cholesky(gram + np.identity(len(right)) / HARD)
         try:
             push, _ = nnls(lower.T, np.linalg.solve(lower, right), maxiter=50 * len(right))
         except RuntimeError:  # cycling: no answer is no move
             push = np.zeros(len(right))
-        return np.column_stack([ax @ push, ay @ push])
+        return np.column_stack([answer @ (x.T @ push), answer @ (y.T @ push)])
 
 
 class _Search:
@@ -279,10 +279,10 @@ class _Search:
         self.picks = [len(p) - 1 if p[0] > 0 else 0 for p in self.prices]
         self.tried: set[tuple[int, ...]] = set()
         self.here = self.best = start
-        self._attempt(self.picks)
+        self._attempt(self.picks, always=True)
 
-    def _attempt(self, picks: list[int]) -> bool:
-        """Try a choice; take it up if it is better."""
+    def _attempt(self, picks: list[int], *, always: bool = False) -> bool:
+        """Try a choice; take it up if it is better, or always."""
         if tuple(picks) in self.tried or len(self.tried) >= TRIALS:
             return False
         self.tried.add(tuple(picks))
@@ -290,19 +290,19 @@ class _Search:
         found = self.judge.verdict(self.pull.positions(walls))
         if found.barred <= self.start.barred and found.cost < self.best.cost - 1e-6:
             self.best = found
-        if found.cost >= self.here.cost - 1e-6:
+        if not always and found.cost >= self.here.cost - 1e-6:
             return False
         self.here, self.picks = found, picks
         return True
 
     def insert(self) -> None:
         """Give cells to one contested group after the other, the largest first."""
-        contested = [g for g, p in enumerate(self.prices) if p[0] > 0]
+        contested = [g for g, k in enumerate(self.picks) if k > 0]
         for g in sorted(contested, key=lambda g: -shapely.area(self.judge.groups[g])):
+            # the mesh has moved: what was dear may have become cheap
             prices = [_price(self.pull, self.here.vertices, g, c) for c in self.choices[g]]
-            for k in np.argsort(prices, kind="stable")[:2].tolist():
-                if k == self.picks[g] or self._attempt([*self.picks[:g], k, *self.picks[g + 1 :]]):
-                    break
+            k = int(np.argmin(prices))
+            self._attempt([*self.picks[:g], k, *self.picks[g + 1 :]], always=True)
 
     def improve(self) -> None:
         """Change the cells of one group at a time, most promising first, while that helps."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from shapely.geometry import LineString
 
-from ..errors import CancelledError, InputError, MeshError
+from ..errors import CancelledError, InputError, MeshError, PlatwrightError
 from ..mesh import QuadMesh, subdivide
 from ..network.problem import IntArray
 from ..network.specification import Specification
@@ -25,10 +25,13 @@ from .joints import connectors, trim_ends
 from .levels import LevelledNetwork, design_levels
 from .make_way import make_way
 from .segments import Segment, segments
-from .survey import Ground, Wishes, arriving_streets, survey
+from .survey import Ground, arriving_streets, survey
+from .wishes import Wishes
 
 #: Of two access points nearer than this share of the block width one is continued.
 ARRIVAL_SPACING = 0.5
+#: A vertex of a drawn mesh this near to an arriving street meets it (metres).
+MEETS = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,12 +79,27 @@ class SitePlan:
 
 @dataclass(frozen=True, eq=False)
 class StreetPlan:
-    """The street plans of all sites of a run."""
+    """The street plans of all sites of a run.
+
+    Attributes
+    ----------
+    plans
+        One plan per site that could be designed.
+    specification
+        What was asked.
+    seconds
+        Wall time.
+    stopped
+        Why the search ended: "optimal", "gap", "time" or "cancelled".
+    failures
+        Sites that could not be designed, and why.
+    """
 
     plans: tuple[SitePlan, ...]
     specification: Specification
     seconds: float
     stopped: str = field(default="optimal")
+    failures: tuple[tuple[Site, PlatwrightError], ...] = ()
 
     @property
     def numbers(self) -> dict[str, float]:
@@ -148,6 +166,9 @@ def design_streets(
         If a site is too small or too thin for the block width.
     InfeasibleError
         If hard rules contradict each other.
+
+        With several sites each of these is kept in `StreetPlan.failures` and the others are
+        designed; it is raised where none could be.
     CancelledError
         If the run was cancelled before there was a design.
     """
@@ -158,20 +179,35 @@ def design_streets(
     deadline = Deadline(specification.time_limit, progress)
     area = sum(site.polygon.area for site in sites)
     plans: list[SitePlan] = []
+    failures: list[tuple[Site, PlatwrightError]] = []
     stopped = "optimal"
     for site in sites:
-        if progress.cancelled():
-            if not plans:
+        try:
+            own = wishes(site) if callable(wishes) else wishes
+            own = own.of_site(site, sites) if own is not None else None
+            share = deadline.left * site.polygon.area / max(area, 1e-9)
+            area -= site.polygon.area
+            given = mesh(site) if mesh is not None else None
+            if progress.cancelled():
                 raise CancelledError("Cancelled before the first design.")
-            progress.warn(f"Cancelled: {len(sites) - len(plans)} sites have no design.")
+            plans.append(plan_site(site, specification, own, given, max(1.0, share), progress))
+        except CancelledError:
+            if not plans:
+                raise
+            left = len(sites) - len(plans) - len(failures)
+            progress.warn(f"Cancelled: {left} of {len(sites)} sites have no design.")
             stopped = "cancelled"
             break
-        own = wishes(site) if callable(wishes) else wishes
-        own = own.of_site(site, sites) if own is not None else None
-        share = deadline.left * site.polygon.area / max(area, 1e-9)
-        area -= site.polygon.area
-        given = mesh(site) if mesh is not None else None
-        plans.append(plan_site(site, specification, own, given, max(1.0, share), progress))
+        except PlatwrightError as error:
+            if len(sites) == 1:
+                raise
+            # one bad site must not cost the others
+            progress.warn(f"{site.name}: {error}")
+            failures.append((site, error))
+    if not plans and failures:
+        raise failures[0][1]
+    if progress.cancelled():
+        stopped = "cancelled"
     order = ("cancelled", "time", "gap", "optimal")
     reasons = [stopped, *(plan.network.stopped for plan in plans)]
     return StreetPlan(
@@ -179,6 +215,7 @@ def design_streets(
         specification,
         time.monotonic() - started,
         min(reasons, key=order.index),
+        tuple(failures),
     )
 
 
@@ -195,19 +232,47 @@ def plan_site(
     deadline = Deadline(max(1.0, seconds), progress)
     progress.stage(f"{site.name}: candidate mesh", 0.05)
     arrivals = arriving_streets(site, ARRIVAL_SPACING * spec.block_width)
-    meshes = [mesh] if mesh is not None else site_meshes(site, spec, arrivals, progress)
+    if mesh is not None:
+        meshes = [_met(mesh, arrivals)]
+    else:
+        required = wishes.required if wishes is not None else ()
+        meshes = site_meshes(site, spec, arrivals, progress, required)
     best: tuple[float, SitePlan] | None = None
     for i, one in enumerate(meshes):
         if best is not None and deadline.passed():
             break
         left = max(1.0, deadline.left / (len(meshes) - i))
-        plan = _plan_on(site, spec, one, arrivals, wishes, left, progress)
+        if len(meshes) > 1:
+            progress.stage(f"{site.name}: mesh {i + 1} of {len(meshes)}", 0.2 + 0.15 * i)
+        try:
+            plan = _plan_on(site, spec, one, arrivals, wishes, left, progress)
+        except CancelledError:
+            if best is None:
+                raise
+            break
         score = _misfit(plan, spec) if len(meshes) > 1 else 0.0
         if best is None or score < best[0] - 1e-9:
             best = score, plan
     if best is None:
         raise MeshError(f"No candidate mesh could be made of {site.name}.")
+    if not best[1].segments:
+        progress.warn(
+            f"{site.name}: no street is needed: the site is no larger than a few blocks of "
+            f"{spec.block_width:g} m x {spec.block_length:g} m. Ask for smaller blocks."
+        )
     return best[1]
+
+
+def _met(mesh: QuadMesh, arrivals: Sequence[AccessPoint]) -> QuadMesh:
+    """Tell which arriving streets the vertices of a given mesh meet."""
+    edge = np.flatnonzero(mesh.boundary_vertices & (mesh.valences > 2))
+    attracted = dict(mesh.attracted)
+    for i, point in enumerate(arrivals):
+        gaps = np.hypot(*(mesh.vertices[edge] - point.xy).T)
+        v = int(edge[gaps.argmin()]) if len(edge) else -1
+        if v >= 0 and gaps.min() < MEETS and v not in attracted:
+            attracted[v] = i
+    return dataclasses.replace(mesh, attracted=attracted)
 
 
 def _plan_on(
@@ -221,7 +286,8 @@ def _plan_on(
 ) -> SitePlan:
     """Design the streets of one site on one mesh."""
     progress.stage(f"{site.name}: reading the ground", 0.3)
-    mesh, adopted = adopt_streets(mesh, site)
+    required = wishes.required if wishes is not None else ()
+    mesh, adopted = adopt_streets(mesh, site, required)
     mesh = make_way(mesh, site)
     ground = survey(site, mesh, spec, attracted=arrivals, wishes=wishes, adopted=adopted)
     refine = _refiner(site, spec, arrivals, wishes) if spec.rules == "paper" else None
@@ -247,6 +313,8 @@ def draw_plan(network: LevelledNetwork, arrivals: Sequence[AccessPoint] = ()) ->
     alignment = trim_ends(ground, level, alignment)
     joints = connectors(ground, level, alignment)
     lines = [LineString(line) for line in alignment.lines.values()]
+    lines += [street.line for street in (*ground.site.boundary_streets, *ground.site.inner_streets)]
+    lines += joints.values()
     found = blocks(ground.site, [*lines, *_edge_pieces(ground, level, alignment)])
     return SitePlan(
         ground.site,

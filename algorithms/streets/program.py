@@ -127,7 +127,7 @@ def _planner(
         required=required,
         sinks=sinks,
         active=active,
-        cover_radius=int(spec.coverage or 1),
+        cover_radius=1.0 if spec.coverage is None else spec.coverage,
         cover_penalty=weights.cover_penalty,
         too_close=weights.too_close if spec.too_close is None else spec.too_close,
         zigzags=weights.zigzag if spec.zigzags is None else spec.zigzags,

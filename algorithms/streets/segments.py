@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -15,10 +17,13 @@ from shapely.geometry import LineString
 from ..mesh import QuadMesh
 from ..network.problem import FloatArray, IntArray
 from ..site.types import Site
+from .adopt import existing_lines
 from .align import Alignment
-from .joints import existing_lines, split_at
+from .joints import split_at
 from .survey import Ground
 
+#: Level of a street that ends blind.
+CUL_DE_SAC = 4
 #: Pieces shorter than this are not cut off (metres).
 SHORTEST = 0.5
 
@@ -96,6 +101,7 @@ def segments(ground: Ground, level: IntArray, alignment: Alignment) -> list[Segm
     """
     pieces = _cut_at_existing(ground.site, _pieces(ground, level, alignment))
     distance = _node_distances(ground, pieces)
+    pieces = _culs_de_sac(ground, pieces)
     return [
         Segment(p.line, p.level, p.start, p.end, distance[p.start], distance[p.end]) for p in pieces
     ]
@@ -148,6 +154,20 @@ def _cut_at_existing(site: Site, pieces: Sequence[_Piece]) -> list[_Piece]:
             found.append(_Piece(part, piece.level, start, end))
             start = end
     return found
+
+
+def _culs_de_sac(ground: Ground, pieces: Sequence[_Piece]) -> list[_Piece]:
+    """Give level 4 to streets that end blind."""
+    meeting = Counter(v for p in pieces for v in (p.start, p.end))
+    kept = set(ground.mesh.edges[ground.street].ravel().tolist())
+
+    def blind(v: int) -> bool:
+        return v >= 0 and meeting[v] == 1 and v not in kept and not ground.sinks[v]
+
+    return [
+        dataclasses.replace(p, level=CUL_DE_SAC) if blind(p.start) or blind(p.end) else p
+        for p in pieces
+    ]
 
 
 def _node_distances(ground: Ground, pieces: Sequence[_Piece]) -> dict[int, float]:

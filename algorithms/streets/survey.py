@@ -6,76 +6,23 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import networkx as nx
 import numpy as np
 import shapely
 from shapely.geometry import LineString, Point
 
 from ..errors import InputError
 from ..mesh import QuadMesh
-from ..network.problem import BoolArray, FloatArray
+from ..network.problem import BoolArray
 from ..network.specification import Specification
 from ..site.types import AccessPoint, Site
-from .adopt import right_of_way
+from .adopt import existing_lines, right_of_way
+from .wishes import TOUCH, Wishes, nearest_vertex, required_edges, sink_vertex
 
-#: Overlap of an edge with an obstacle or forbidden place that is let pass (metres).
-TOUCH = 2.0
+#: A new street this near to an existing one runs beside it (metres).
+BESIDE = 8.0
 #: Length of an edge on foreign ground that is let pass (metres), and at its end on the
 #: outline (mesh edge lengths).
 FOREIGN, FOREIGN_TIP = 1.5, 0.3
-
-
-@dataclass(frozen=True)
-class Wishes:
-    """Places that a planner names on top of the site, in the working CRS (metres).
-
-    Attributes
-    ----------
-    sinks
-        Points where traffic leaves (sink mode "points"), shape (n, 2).
-    required
-        Lines along which a street must run.
-    forbidden
-        Lines or polygons that no street may cross or follow.
-    sink_ids, required_ids
-        Feature ids of the sinks and required lines, for messages.
-    """
-
-    sinks: Sequence[tuple[float, float]] = ()
-    required: Sequence[LineString] = ()
-    forbidden: Sequence[shapely.Geometry] = ()
-    sink_ids: Sequence[int | str] = ()
-    required_ids: Sequence[int | str] = ()
-
-    def sink_id(self, i: int) -> int | str:
-        """Feature id of a sink, its number where none is given."""
-        return self.sink_ids[i] if i < len(self.sink_ids) else i
-
-    def required_id(self, i: int) -> int | str:
-        """Feature id of a required line, its number where none is given."""
-        return self.required_ids[i] if i < len(self.required_ids) else i
-
-    def of_site(self, site: Site, sites: Sequence[Site]) -> Wishes:
-        """Keep the sinks and required lines that belong to one of several sites.
-
-        Each belongs to the site nearest to it, so that none is lost without a word.
-        """
-        if len(sites) < 2:
-            return self
-
-        def own(shape: shapely.Geometry) -> bool:
-            gaps = [shape.distance(s.polygon) for s in sites]
-            return sites[gaps.index(min(gaps))] is site or bool(gaps[sites.index(site)] == 0)
-
-        sinks = [i for i, xy in enumerate(self.sinks) if own(Point(xy))]
-        lines = [i for i, line in enumerate(self.required) if own(line)]
-        return Wishes(
-            sinks=[self.sinks[i] for i in sinks],
-            required=[self.required[i] for i in lines],
-            forbidden=self.forbidden,
-            sink_ids=[self.sink_id(i) for i in sinks],
-            required_ids=[self.required_id(i) for i in lines],
-        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,11 +77,15 @@ def arriving_streets(site: Site, spacing: float) -> list[AccessPoint]:
     The one that meets the boundary most squarely goes first; ties by position, so that the
     choice does not depend on the order of the layer.
     """
-    ring = site.polygon.exterior
+    rings = [site.polygon.exterior, *site.polygon.interiors]
     rated = []
     for point in site.access_points:
-        along = ring.project(Point(point.xy))
-        a, b = (np.array(ring.interpolate(along + d).coords[0]) for d in (-5.0, 5.0))
+        here = Point(point.xy)
+        ring = min(rings, key=here.distance)
+        along = ring.project(here)
+        a, b = (
+            np.array(ring.interpolate((along + d) % ring.length).coords[0]) for d in (-5.0, 5.0)
+        )
         tangent = (b - a) / (np.hypot(*(b - a)) or 1.0)
         square = abs(float(tangent[0] * point.direction[1] - tangent[1] * point.direction[0]))
         rated.append((-round(square, 3), point.xy, point))
@@ -187,9 +138,11 @@ def survey(
     # a forbidden line has no width: to cross it at all is too much
     blocked = _overlaps(mesh, site.obstacle_union, TOUCH) | _overlaps(mesh, forbidden, 0.0)
     barred = (_foreign(site, mesh) | blocked) & ~street
-    barred |= mesh.boundary_edges & ~street
+    barred |= (mesh.boundary_edges | _to_walls(mesh, street)) & ~street
+    if adopted is not None and adopted.any():
+        barred |= _beside_streets(site, mesh) & ~street
     arrivals = {v: attracted[i] for v, i in mesh.attracted.items() if i < len(attracted)}
-    required = _required_edges(site, mesh, barred | mesh.boundary_edges, wishes)
+    required = required_edges(site, mesh, barred | mesh.boundary_edges, wishes)
     sinks = _sinks(site, mesh, spec, street, arrivals, wishes)
     return Ground(
         site,
@@ -241,6 +194,22 @@ def _foreign(site: Site, mesh: QuadMesh) -> BoolArray:
     return mark
 
 
+def _to_walls(mesh: QuadMesh, street: BoolArray) -> BoolArray:
+    """Mark inner edges that end at the outline where no street is: they would lead nowhere."""
+    on_street = np.zeros(len(mesh.vertices), dtype=np.bool_)
+    on_street[mesh.edges[street].ravel()] = True
+    wall = mesh.boundary_vertices & ~on_street
+    return np.asarray(wall[mesh.edges].any(axis=1) & ~mesh.boundary_edges)
+
+
+def _beside_streets(site: Site, mesh: QuadMesh) -> BoolArray:
+    """Mark edges that run along an existing street inside the mesh for a third of their way."""
+    ground = shapely.buffer(existing_lines(site), BESIDE)
+    lines = shapely.linestrings(mesh.vertices[mesh.edges])
+    along = shapely.length(shapely.intersection(lines, ground))
+    return np.asarray(along > shapely.length(lines) / 3)
+
+
 def _overlaps(mesh: QuadMesh, blocked: shapely.Geometry, limit: float) -> BoolArray:
     """Mark edges that run on blocked ground for more than `limit` metres."""
     if blocked.is_empty:
@@ -263,58 +232,6 @@ def _green_faces(mesh: QuadMesh, site: Site) -> frozenset[int]:
     faces = shapely.polygons(mesh.vertices[mesh.faces])
     covered = shapely.area(shapely.intersection(faces, union))
     return frozenset(np.flatnonzero(covered > 0.5 * shapely.area(faces)).tolist())
-
-
-def _required_edges(site: Site, mesh: QuadMesh, barred: BoolArray, wishes: Wishes) -> BoolArray:
-    """Lay each required line on the mesh as the path that stays nearest to it."""
-    mark = np.zeros(len(mesh.edges), dtype=np.bool_)
-    if not wishes.required:
-        return mark
-    inside = shapely.buffer(site.polygon, 1.0)
-    graph = nx.Graph()
-    for i, line in enumerate(wishes.required):
-        wished = shapely.intersection(line, inside)
-        if shapely.length(wished) < 0.25 * mesh.edge_length:
-            raise InputError(
-                "The required street does not lie in the site.",
-                "Move it into the site or leave it out.",
-                layer="Required streets",
-                feature=wishes.required_id(i),
-            )
-        if shapely.length(shapely.intersection(wished, site.obstacle_union)) > TOUCH:
-            raise InputError(
-                "The required street runs through an obstacle.",
-                "Move the street, or take the obstacle out of the obstacle layer.",
-                layer="Required streets",
-                feature=wishes.required_id(i),
-            )
-        away = shapely.distance(shapely.linestrings(mesh.vertices[mesh.edges]), wished)
-        middle = shapely.distance(shapely.points(mesh.vertices[mesh.edges].mean(axis=1)), wished)
-        cost = mesh.lengths * (1.0 + ((away + middle) / (0.15 * mesh.edge_length)) ** 2)
-        graph.clear()
-        for e in np.flatnonzero(~barred).tolist():
-            graph.add_edge(*mesh.edges[e].tolist(), weight=float(cost[e]), edge=e)
-        ends = [_nearest(mesh, graph.nodes, c) for c in (line.coords[0], line.coords[-1])]
-        try:
-            path = nx.shortest_path(graph, *ends, weight="weight")
-        except nx.NetworkXNoPath:
-            raise InputError(
-                "The required street cannot be laid on the candidate mesh: obstacles or "
-                "forbidden places cut it.",
-                "Move the street or the obstacles.",
-                layer="Required streets",
-                feature=wishes.required_id(i),
-            ) from None
-        for u, v in zip(path, path[1:]):
-            mark[graph[u][v]["edge"]] = True
-    return mark
-
-
-def _nearest(mesh: QuadMesh, vertices: Sequence[int], xy: tuple[float, ...]) -> int:
-    """Find the vertex among some that lies nearest to a position."""
-    among = np.array(sorted(vertices))
-    gaps: FloatArray = np.hypot(*(mesh.vertices[among] - np.asarray(xy[:2])).T)
-    return int(among[gaps.argmin()])
 
 
 def _sinks(
@@ -340,13 +257,13 @@ def _sinks(
         on_street = np.flatnonzero(mesh.boundary_vertices)
         mark[list(arrivals)] = True
         for point in site.access_points:
-            near = _nearest(mesh, on_street, point.xy)  # type: ignore[arg-type]
+            near = nearest_vertex(mesh, on_street, point.xy)  # type: ignore[arg-type]
             if math.dist(mesh.vertices[near], point.xy) < 0.5 * mesh.edge_length:
                 mark[near] = True
         remedy = "Give a road layer whose streets reach the site, or choose another sink mode."
     else:
         for i, xy in enumerate(wishes.sinks):
-            mark[_sink_vertex(site, mesh, xy, wishes.sink_id(i))] = True
+            mark[sink_vertex(site, mesh, xy, wishes, i)] = True
         remedy = "Give sink points inside the site or at its edge."
     if not mark.any():
         raise InputError(
@@ -356,23 +273,3 @@ def _sinks(
             feature=site.feature,
         )
     return mark
-
-
-def _sink_vertex(site: Site, mesh: QuadMesh, xy: tuple[float, float], feature: int | str) -> int:
-    """Find the mesh vertex of a given sink; refuse sinks outside or on obstacles."""
-    point = Point(xy)
-    if site.polygon.distance(point) > 0.5 * mesh.edge_length:
-        raise InputError(
-            f"The sink lies {site.polygon.distance(point):.0f} m outside the site.",
-            "Move it into the site or to its edge.",
-            layer="Sinks",
-            feature=feature,
-        )
-    if any(obstacle.contains(point) for obstacle in site.obstacles):
-        raise InputError(
-            "The sink lies on an obstacle.",
-            "Move it, or take the obstacle out of the obstacle layer.",
-            layer="Sinks",
-            feature=feature,
-        )
-    return _nearest(mesh, range(len(mesh.vertices)), xy)

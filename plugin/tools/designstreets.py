@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, ClassVar
 
 from qgis.core import QgsProcessingParameterDefinition
@@ -15,6 +17,7 @@ from ..progress import FeedbackProgress
 from ..request import Request
 from ..tool import Tool
 from . import rules, siteinputs
+from .designcheck import check_design
 from .validatenetwork import describe
 
 
@@ -48,7 +51,9 @@ class DesignStreets(Tool):
             "they can. Every site of the layer is designed; the field site_id tells them apart.",
             "The search first finds a design and then makes it better until the time limit. The "
             "log tells the price of the best design, the proven bound and the gap between them. "
-            "Cancel keeps the best design so far.",
+            "The bound is proven for each program (the collectors, then the local streets block "
+            "by block), given the mesh and the streets above it, and summed: other collectors or "
+            "another mesh may give a better whole. Cancel keeps the best design so far.",
             "Method: C.-H. Peng, Y.-L. Yang, F. Bao, D. Fink, D.-M. Yan, P. Wonka, N. J. Mitra, "
             "Computational network design from functional specifications (2016), with the "
             "further rules that the option Rules names.",
@@ -65,10 +70,10 @@ class DesignStreets(Tool):
         "MEAN_DISTANCE": "Mean way out of the site (m)",
         "MAX_DISTANCE": "Longest way out of the site (m)",
         "OBJECTIVE": "Price of the design",
-        "BOUND": "Proven lower bound of the price",
-        "ACHIEVED_GAP": "Gap between price and bound (share of the price)",
+        "BOUND": "Lower bound of the price, proven program by program",
+        "ACHIEVED_GAP": "Gap between that price and that bound (share of the price)",
         "SECONDS": "Time of the design (s)",
-        "VIOLATIONS": "Broken rules",
+        "VIOLATIONS": "Broken rules (empty where the check was cancelled)",
     }
     needs = (*deps.LAYERS, *deps.SOLVERS)
 
@@ -101,8 +106,8 @@ class DesignStreets(Tool):
         yield parameters.layer(
             "MESH_EDGES",
             "Candidate mesh",
-            "Edges of a mesh that was drawn or edited, as from Candidate mesh. Empty: the tool "
-            "makes one.",
+            "Edges of a mesh that was drawn or edited, as from Candidate mesh. Every face needs "
+            "four corners; to bar an edge use 'Forbidden places'. Empty: the tool makes one.",
             "line",
             optional=True,
             advanced=True,
@@ -136,56 +141,39 @@ class DesignStreets(Tool):
 
         specification = rules.specification(request)
         prepared = siteinputs.prepared_sites(request, progress.part(0.0, 0.1))
+        reading = progress.part(0.1, 0.12)
+        given = {key: request.frame(key, reading) for key in ("SINKS", "REQUIRED", "FORBIDDEN")}
+        wishes = _wishes(request, given)
         plan = design_streets(
             prepared.sites,
             specification,
-            wishes=_wishes(request, progress.part(0.1, 0.12)),
+            wishes=wishes,
             mesh=_given_mesh(request, progress.part(0.12, 0.14)),
             progress=progress.part(0.14, 0.97),
         )
         if plan.stopped == "cancelled":
             gap = plan.numbers["ACHIEVED_GAP"]
             progress.warn(
-                f"Cancelled: the best design so far is kept. Its gap is {100 * gap:.1f} %: a "
-                "better one, if there is any, costs at most that much less."
+                f"Cancelled: the best design so far is kept. Its gap is {100 * gap:.1f} %: so far "
+                "are the programs that were solved from their proven bounds. What was not "
+                "reached has no streets yet."
             )
         found = plan_layers(plan)
         progress.stage("Checking the streets", 0.98)
-        report = _check(found, site_layers(prepared), plan)
-        problems = describe(report.problems, "Streets")
-        found["problems"] = _joined(prepared.problems, found["problems"], problems)
+        around = site_layers(prepared)
+        report = check_design(found, around, plan, given, wishes, progress.part(0.98, 1.0))
+        broken = [] if report is None else [describe(report.problems, "Streets")]
+        found["problems"] = _joined(prepared.problems, found["problems"], *broken)
         return Result(
             crs=request.crs("INPUT"),
             layers={key: found[kind.key] for key, kind in self.layers.items()},
-            numbers={**plan.numbers, "VIOLATIONS": report.violations},
+            numbers={
+                **plan.numbers,
+                "VIOLATIONS": math.nan if report is None else report.violations,
+            },
             specification=specification.to_json(),
             keep=True,
         )
-
-
-def _check(found: dict[str, Any], around: dict[str, Any], plan: Any) -> Any:
-    """Return what the independent checker says of the streets that were designed."""
-    from ...algorithms.measure import validate_network
-    from ...algorithms.streets import edge_length
-
-    asked = plan.specification
-    junctions = found["junctions"]
-    # where the whole edge, or every street at it, leads out, the checker looks for itself
-    everywhere = asked.sink_mode in ("streets", "boundary")
-    return validate_network(
-        found["streets"].set_index("street_id", drop=False),
-        site=around["site"],
-        obstacles=around["site_obstacles"],
-        boundary_streets=around["boundary_streets"] if asked.sink_mode == "streets" else None,
-        snap_distance=plan.plans[0].site.snap_distance if plan.plans else 30.0,
-        sinks=None if everywhere else junctions[junctions["is_sink"]],
-        edge_length=edge_length(asked),
-        dead_ends=asked.dead_ends,
-        zigzags=asked.zigzags or 0.0,
-        too_close=asked.too_close or 0.0,
-        t_junctions=asked.t_junctions,
-        branches=asked.branches,
-    )
 
 
 def _joined(*layers: Any) -> Any:
@@ -196,24 +184,27 @@ def _joined(*layers: Any) -> Any:
     return pandas.concat(full, ignore_index=True) if full else layers[0]
 
 
-def _wishes(request: Request, progress: FeedbackProgress) -> Callable[[Any], Any]:
+def _wishes(request: Request, given: Mapping[str, Any]) -> Callable[[Any], Any]:
     """Return a function that gives the wishes about a site in its working CRS."""
     from ...algorithms.streets import Wishes
 
-    frames = {key: request.frame(key, progress) for key in ("SINKS", "REQUIRED", "FORBIDDEN")}
-
-    def shapes(key: str, crs: Any) -> list[Any]:
-        frame = frames[key]
+    def shapes(key: str, crs: Any) -> Any:
+        frame = given[key]
         if frame is None:
-            return []
+            return {}
         parts = frame.geometry.to_crs(crs).explode(index_parts=False)
-        return [part for part in parts if part is not None and not part.is_empty]
+        return parts[~(parts.isna() | parts.is_empty)]
 
     def of_site(site: Any) -> Any:
+        sinks, required = shapes("SINKS", site.crs), shapes("REQUIRED", site.crs)
         return Wishes(
-            sinks=[(point.x, point.y) for point in shapes("SINKS", site.crs)],
-            required=shapes("REQUIRED", site.crs),
-            forbidden=shapes("FORBIDDEN", site.crs),
+            sinks=[(point.x, point.y) for _, point in sinks.items()],
+            required=[line for _, line in required.items()],
+            forbidden=[shape for _, shape in shapes("FORBIDDEN", site.crs).items()],
+            sink_ids=[feature for feature, _ in sinks.items()],
+            required_ids=[feature for feature, _ in required.items()],
+            sink_layer=request.name("SINKS"),
+            required_layer=request.name("REQUIRED"),
         )
 
     return of_site
@@ -230,8 +221,27 @@ def _given_mesh(request: Request, progress: FeedbackProgress) -> Callable[[Any],
         own = frame
         if "site_id" in frame.columns:
             own = frame[frame["site_id"].isna() | (frame["site_id"] == site.site_id)]
-        return mesh_from_edges(
-            own.to_crs(site.crs), site_polygon=site.polygon, layer=request.name("MESH_EDGES")
-        )
+        try:
+            return mesh_from_edges(
+                own.to_crs(site.crs), site_polygon=site.polygon, layer=request.name("MESH_EDGES")
+            )
+        except InputError as error:
+            raise InputError(_placed(str(error), site)) from error
 
     return of_site
+
+
+def _placed(text: str, site: Any) -> str:
+    """Return a text with its places in the CRS of the planner's layers."""
+    if site.crs == site.source_crs:
+        return text
+    from pyproj import Transformer
+
+    turn = Transformer.from_crs(site.crs, site.source_crs, always_xy=True)
+    digits = 6 if site.source_crs.is_geographic else 1
+
+    def place(found: re.Match[str]) -> str:
+        x, y = turn.transform(float(found[1]), float(found[2]))
+        return f"({x:.{digits}f}, {y:.{digits}f})"
+
+    return re.sub(r"\((-?[\d.]+), (-?[\d.]+)\)", place, text)

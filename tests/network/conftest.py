@@ -17,9 +17,10 @@ from platwright.network.problem import Clause, Pattern
 
 INF = math.inf
 
-#: Meshes with at most 15 edges, among them inner vertices of valence 3 and 5.
+#: Meshes with at most 17 edges, among them inner vertices of valence 3 and 5.
 TINY = {
     "2x2": lambda: grid(2, 2),
+    "3x2": lambda: grid(3, 2),
     "L": lambda: grid(3, 2, keep=lambda i, j: (i, j) not in ((0, 0), (2, 1))),
     "strip": lambda: grid(4, 1),
     "three": lambda: fan(3),
@@ -74,15 +75,33 @@ def vary(problem, data, most: int):
         sinks=sinks,
         required=required,
         patterns=tuple(patterns),
-        clauses=tuple(clauses),
+        clauses=(*problem.clauses, *clauses),
     )
 
 
 def draw_problem(data, most: int = 11):
     """Draw a problem on a tiny mesh with at most `most` candidate edges."""
     mesh = TINY[data.draw(st.sampled_from(sorted(TINY)))]()
-    scenario = data.draw(st.sampled_from(["boundary", "one sink", "inner"]))
+    scenario = data.draw(st.sampled_from(["boundary", "one sink", "inner", "far sink"]))
+    if scenario == "far sink":
+        rng = np.random.default_rng(data.draw(st.integers(0, 9999)))
+        rules = draw_rules(data)
+        weight = data.draw(st.sampled_from([0.5, 1.0, 4.0]))
+        return vary(far_sink(mesh, rng, **{**rules, "weight_distance": weight}), data, most)
     return vary(paper_problem(mesh, scenario, **draw_rules(data)), data, most)
+
+
+def far_sink(mesh, rng, **rules):
+    """Make the boundary an existing street with a single sink; clauses call for streets."""
+    problem = paper_problem(mesh, "boundary", **rules)
+    sinks = np.zeros(len(mesh.vertices), dtype=bool)
+    sinks[rng.choice(np.flatnonzero(mesh.boundary_vertices))] = True
+    able = np.flatnonzero(problem.candidate)
+    clauses = tuple(
+        Clause(tuple(rng.choice(able, 2).tolist()), float(rng.choice([0.3, 2.0, INF])))
+        for _ in range(3)
+    )
+    return dataclasses.replace(problem, sinks=sinks, clauses=clauses)
 
 
 def draw_mesh(data):
@@ -116,6 +135,7 @@ def small():
         draw_problem=draw_problem,
         draw_rules=draw_rules,
         draw_mesh=draw_mesh,
+        far_sink=far_sink,
         vary=vary,
         subsets=subsets,
         brute_force=brute_force,

@@ -194,7 +194,7 @@ HOUSES = st.lists(
 )
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(houses=HOUSES, wobble=st.integers(0, 2**31))
 def test_random_obstacles(houses: list[tuple[float, ...]], wobble: int):
     mesh = grid(5, 4, H)

@@ -1,0 +1,156 @@
+"""Places that a planner names on top of a site, and how they lie on its mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import networkx as nx
+import numpy as np
+import shapely
+from shapely.geometry import LineString, Point
+
+from ..errors import InputError
+from ..mesh import QuadMesh
+from ..network.problem import BoolArray, FloatArray
+from ..site.types import Site
+
+#: Wishes further than this from a site belong to another one, if there is any (metres).
+FAR = 10_000.0
+#: Overlap of a required street with an obstacle that is let pass (metres).
+TOUCH = 1.0
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """Places that a planner names on top of the site, in the working CRS (metres).
+
+    Attributes
+    ----------
+    sinks
+        Points where traffic leaves (sink mode "points"), shape (n, 2).
+    required
+        Lines along which a street must run.
+    forbidden
+        Lines or polygons that no street may cross or follow.
+    sink_ids, required_ids, sink_layer, required_layer
+        Feature ids and layer names of the sinks and required lines, for messages.
+    """
+
+    sinks: Sequence[tuple[float, float]] = ()
+    required: Sequence[LineString] = ()
+    forbidden: Sequence[shapely.Geometry] = ()
+    sink_ids: Sequence[int | str] = ()
+    required_ids: Sequence[int | str] = ()
+    sink_layer: str = "Sinks"
+    required_layer: str = "Required streets"
+
+    def sink_id(self, i: int) -> int | str:
+        """Feature id of a sink, its number where none is given."""
+        return self.sink_ids[i] if i < len(self.sink_ids) else i
+
+    def required_id(self, i: int) -> int | str:
+        """Feature id of a required line, its number where none is given."""
+        return self.required_ids[i] if i < len(self.required_ids) else i
+
+    def of_site(self, site: Site, sites: Sequence[Site]) -> Wishes:
+        """Keep the sinks and required lines that belong to one of several sites.
+
+        Each belongs to the site nearest to it, so that none is lost without a word.
+        """
+        if len(sites) < 2:
+            return self
+
+        near = [s for s in sites if s.crs == site.crs]
+
+        def own(shape: shapely.Geometry) -> bool:
+            gaps = [shape.distance(s.polygon) for s in near]
+            mine = gaps[near.index(site)]
+            # sites so far apart that they have a CRS of their own do not share wishes
+            return bool(
+                mine == 0 or (mine == min(gaps) and (len(near) == len(sites) or mine < FAR))
+            )
+
+        sinks = [i for i, xy in enumerate(self.sinks) if own(Point(xy))]
+        lines = [i for i, line in enumerate(self.required) if own(line)]
+        return Wishes(
+            sinks=[self.sinks[i] for i in sinks],
+            required=[self.required[i] for i in lines],
+            forbidden=self.forbidden,
+            sink_ids=[self.sink_id(i) for i in sinks],
+            required_ids=[self.required_id(i) for i in lines],
+            sink_layer=self.sink_layer,
+            required_layer=self.required_layer,
+        )
+
+
+def required_edges(site: Site, mesh: QuadMesh, barred: BoolArray, wishes: Wishes) -> BoolArray:
+    """Lay each required line on the mesh as the path that stays nearest to it."""
+    mark = np.zeros(len(mesh.edges), dtype=np.bool_)
+    if not wishes.required:
+        return mark
+    inside = shapely.buffer(site.polygon, 1.0)
+    graph = nx.Graph()
+    for i, line in enumerate(wishes.required):
+        wished = shapely.intersection(line, inside)
+        if shapely.length(wished) < 0.25 * mesh.edge_length:
+            raise InputError(
+                "The required street does not lie in the site.",
+                "Move it into the site or leave it out.",
+                layer=wishes.required_layer,
+                feature=wishes.required_id(i),
+            )
+        if shapely.length(shapely.intersection(wished, site.obstacle_union)) > TOUCH:
+            raise InputError(
+                "The required street runs through an obstacle.",
+                "Move the street, or take the obstacle out of the obstacle layer.",
+                layer=wishes.required_layer,
+                feature=wishes.required_id(i),
+            )
+        away = shapely.distance(shapely.linestrings(mesh.vertices[mesh.edges]), wished)
+        middle = shapely.distance(shapely.points(mesh.vertices[mesh.edges].mean(axis=1)), wished)
+        cost = mesh.lengths * (1.0 + ((away + middle) / (0.15 * mesh.edge_length)) ** 2)
+        graph.clear()
+        for e in np.flatnonzero(~barred).tolist():
+            graph.add_edge(*mesh.edges[e].tolist(), weight=float(cost[e]), edge=e)
+        ends = [nearest_vertex(mesh, graph.nodes, c) for c in (line.coords[0], line.coords[-1])]
+        try:
+            path = nx.shortest_path(graph, *ends, weight="weight")
+        except nx.NetworkXNoPath:
+            raise InputError(
+                "The required street cannot be laid on the candidate mesh: obstacles or "
+                "forbidden places cut it.",
+                "Move the street or the obstacles.",
+                layer=wishes.required_layer,
+                feature=wishes.required_id(i),
+            ) from None
+        for u, v in zip(path, path[1:]):
+            mark[graph[u][v]["edge"]] = True
+    return mark
+
+
+def nearest_vertex(mesh: QuadMesh, vertices: Sequence[int], xy: tuple[float, ...]) -> int:
+    """Find the vertex among some that lies nearest to a position."""
+    among = np.array(sorted(vertices))
+    gaps: FloatArray = np.hypot(*(mesh.vertices[among] - np.asarray(xy[:2])).T)
+    return int(among[gaps.argmin()])
+
+
+def sink_vertex(site: Site, mesh: QuadMesh, xy: tuple[float, float], wishes: Wishes, i: int) -> int:
+    """Find the mesh vertex of a given sink; refuse sinks outside or on obstacles."""
+    point = Point(xy)
+    if site.polygon.distance(point) > 0.5 * mesh.edge_length:
+        raise InputError(
+            f"The sink lies {site.polygon.distance(point):.0f} m outside the site.",
+            "Move it into the site or to its edge.",
+            layer=wishes.sink_layer,
+            feature=wishes.sink_id(i),
+        )
+    if any(obstacle.contains(point) for obstacle in site.obstacles):
+        raise InputError(
+            "The sink lies on an obstacle.",
+            "Move it, or take the obstacle out of the obstacle layer.",
+            layer=wishes.sink_layer,
+            feature=wishes.sink_id(i),
+        )
+    return nearest_vertex(mesh, range(len(mesh.vertices)), xy)

@@ -1,0 +1,119 @@
+"""The independent check of streets that were designed, asked as the planner asked for them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from ...algorithms.errors import CancelledError
+from ..progress import FeedbackProgress
+
+
+def check_design(
+    found: dict[str, Any],
+    around: dict[str, Any],
+    plan: Any,
+    given: Mapping[str, Any],
+    wishes: Callable[[Any], Any],
+    progress: FeedbackProgress,
+) -> Any:
+    """Return what the checker says of a design, or None where the planner would not wait.
+
+    It is told what the planner gave, never what the design made of it.
+
+    Parameters
+    ----------
+    found, around
+        The layers of the design and those of the prepared sites.
+    plan
+        The `StreetPlan`.
+    given
+        The layers SINKS, REQUIRED and FORBIDDEN of the planner, None where not given.
+    wishes
+        Gives the wishes about a site in its working CRS.
+    progress
+        Asked for cancellation.
+    """
+    from ...algorithms.measure import validate_network
+
+    asked = plan.specification
+    if not plan.plans:
+        return None
+    scale = min(own.network.ground.mesh.edge_length for own in plan.plans)
+    try:
+        return validate_network(
+            found["streets"].set_index("street_id", drop=False),
+            site=around["site"],
+            obstacles=around["site_obstacles"],
+            boundary_streets=around["boundary_streets"] if asked.sink_mode == "streets" else None,
+            snap_distance=plan.plans[0].site.snap_distance,
+            sinks=_exits(plan, wishes),
+            required=given["REQUIRED"],
+            forbidden=given["FORBIDDEN"],
+            coverage_m=_coverage(plan, scale),
+            edge_length=scale,
+            dead_ends=asked.dead_ends,
+            t_junctions=asked.t_junctions,
+            branches=asked.branches,
+            progress=progress,
+            **_prices(asked),
+        )
+    except CancelledError:
+        progress.warn("The streets were not checked, because the run was stopped before.")
+        return None
+
+
+def _prices(asked: Any) -> dict[str, float]:
+    """Return the weights that are left to the rule set, as that set has them.
+
+    The planner's rules have none: they price the shape of streets in other ways.
+    """
+    paper = asked.rules == "paper"
+    implied = {"too_close": math.inf if paper else 0.0, "zigzags": 5.0 if paper else 0.0}
+    given = {name: getattr(asked, name) for name in implied}
+    return {name: implied[name] if value is None else value for name, value in given.items()}
+
+
+def _coverage(plan: Any, scale: float) -> float | None:
+    """Return the range that is asked in metres; None where the rules ask for no certain one.
+
+    Vertices of the mesh must be in range, along its edges. The ground between them is up to
+    half a diagonal of a cell away from the nearest.
+    """
+    asked = plan.specification
+    if asked.rules != "paper":
+        return None
+    metric = asked.coverage is not None and asked.coverage_unit == "metres"
+    reach = asked.coverage if metric else (asked.coverage or 1.0) * scale
+    longest = max(float(own.network.ground.mesh.lengths.max()) for own in plan.plans)
+    return float(reach + math.sqrt(0.5) * longest)
+
+
+def _exits(plan: Any, wishes: Callable[[Any], Any]) -> Any:
+    """Return the places where the planner lets traffic leave; None where that is a whole edge.
+
+    Streets run along the mesh: each exit is moved to the vertex nearest to it.
+    """
+    import geopandas
+    import numpy as np
+    import pandas
+
+    mode = plan.specification.sink_mode
+    if mode not in ("access", "points"):
+        return None
+    sites = [own.site for own in plan.plans]
+    parts = []
+    for own in plan.plans:
+        site, mesh = own.site, own.network.ground.mesh
+        vertices = mesh.vertices
+        if mode == "access":
+            vertices = vertices[mesh.boundary_vertices]
+            exits = [point.xy for point in site.access_points]
+        else:
+            exits = wishes(site).of_site(site, sites).sinks
+        places = [vertices[np.hypot(*(vertices - xy).T).argmin()] for xy in exits]
+        x, y = np.array(places, dtype=float).reshape(-1, 2).T
+        places = geopandas.GeoSeries.from_xy(x, y, crs=site.crs)
+        parts.append(geopandas.GeoDataFrame(geometry=places.to_crs(site.source_crs)))
+    return pandas.concat(parts, ignore_index=True)
