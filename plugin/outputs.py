@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import re
 import tempfile
+import traceback
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -26,6 +26,10 @@ from .record import Record, to_json
 if TYPE_CHECKING:
     from .request import Request
 
+#: Endings of the files that a database has beside it while it is written to.
+_JOURNALS = ("-wal", "-shm", "-journal")
+#: Endings of the files that belong to another of the same name.
+_COMPANIONS = (".shx", ".dbf", ".prj", ".cpg", ".qmd", ".qml", ".qpj", ".qix")
 _DATABASE = re.compile(r"dbname='([^']+)'")
 
 
@@ -133,9 +137,9 @@ def check_destinations(request: Request, keys: Iterable[str], inputs: Iterable[s
 def _check_writable(path: Path, title: str) -> None:
     remedy = "Choose a folder in which you may write."
     folder = path.parent
-    if not folder.is_dir():
-        raise InputError(f"Output '{title}': there is no folder {folder}.", remedy)
     try:
+        if not folder.is_dir():
+            raise InputError(f"Output '{title}': there is no folder {folder}.", remedy)
         if path.exists():
             with path.open("r+b"):
                 pass
@@ -173,32 +177,46 @@ class Writer:
         QgsProcessingException
             An output cannot be written; the text says which.
         """
-        begun = self._new_files()
-        outputs: dict[str, Any] = {}
+        begun: list[Path] = []
         try:
-            sinks = {}
-            for key, kind in self.kinds.items():
-                sink, destination = self._open(key, kind, result.crs)
-                if sink is not None:
-                    sinks[key] = sink
-                    outputs[key] = destination
-            for key in list(sinks):
-                self._fill(key, sinks.pop(key), result)
-        except (QgsProcessingException, bridge.SinkError) as error:
-            sinks.clear()
+            begun += self._new_files()
+            return self._write(result)
+        except BaseException as error:
+            # What failed still holds its files open, and would write them once more at its end.
+            traceback.clear_frames(error.__traceback__)
             for path in begun:
-                if path.exists():
-                    os.remove(path)
+                path.unlink(missing_ok=True)
+            if not isinstance(error, (QgsProcessingException, bridge.SinkError, OSError)):
+                raise
             msg = f"The outputs could not be written, none was kept: {error}"
             raise QgsProcessingException(msg) from error
-        numbers = {key: None if value != value else value for key, value in result.numbers.items()}
+
+    def _write(self, result: Result) -> dict[str, Any]:
+        outputs: dict[str, Any] = {}
+        sinks = {}
+        for key, kind in self.kinds.items():
+            sink, destination = self._open(key, kind, result.crs)
+            if sink is not None:
+                sinks[key] = sink
+                outputs[key] = destination
+        del sink
+        for key in list(sinks):
+            self._fill(key, sinks.pop(key), result)
         for key, destination in outputs.items():
             self._dress(key, destination, result)
+        numbers = {key: None if value != value else value for key, value in result.numbers.items()}
         return {**outputs, **numbers}
 
     def _new_files(self) -> list[Path]:
-        paths = [file_of(destination_text(self.request, key)) for key in self.kinds]
-        return [path for path in paths if path is not None and not path.exists()]
+        """Return the files that are not there yet and may be begun, with those beside them."""
+        found = []
+        for key in self.kinds:
+            path = file_of(destination_text(self.request, key))
+            if path is not None and not path.exists():
+                found.append(path)
+                found += [path.with_name(path.name + ending) for ending in _JOURNALS]
+                found += [path.with_suffix(ending) for ending in _COMPANIONS]
+        return [path for path in found if not path.exists()]
 
     def _open(self, key: str, kind: LayerKind, crs: QgsCoordinateReferenceSystem) -> Any:
         request = self.request

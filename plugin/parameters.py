@@ -19,6 +19,9 @@ from qgis.core import (
 from . import compat
 from .fields import LayerKind
 
+#: Units of fewer letters stand behind a number; longer ones explain it.
+SHORT = 8
+
 _SOURCES = {
     "polygon": compat.SOURCE_POLYGON,
     "line": compat.SOURCE_LINE,
@@ -54,7 +57,7 @@ def layer(
     names = [geometry] if isinstance(geometry, str) else list(geometry)
     types = [_SOURCES[name] for name in names]
     definition = QgsProcessingParameterFeatureSource(key, text, types, None, optional)
-    return _finish(definition, help_text, advanced)
+    return _finish(definition, f"{help_text} Optional." if optional else help_text, advanced)
 
 
 def number(
@@ -83,7 +86,9 @@ def number(
         optional=default is None,
         **limits,
     )
-    return _finish(definition, help_text, advanced)
+    shown = "" if default is None else f"{default:g} {unit if len(unit) < SHORT else ''}".strip()
+    ending = "Optional." if default is None else f"Default: {shown}."
+    return _finish(definition, f"{help_text} {ending}", advanced)
 
 
 def choice(
@@ -98,7 +103,7 @@ def choice(
     """Declare a choice; `choices` maps each word to what it means, which goes into the help."""
     meanings = "; ".join(f"{word}: {meaning}" for word, meaning in choices.items())
     definition = QgsProcessingParameterEnum(key, text, list(choices), False, default, False, True)
-    return _finish(definition, f"{help_text} {meanings}.", advanced)
+    return _finish(definition, f"{help_text} {meanings}. Default: {default}.", advanced)
 
 
 def sink(

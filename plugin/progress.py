@@ -106,6 +106,13 @@ class FeedbackProgress:
         self.feedback.pushInfo(describe_search(state))
 
 
+class QuietProgress(FeedbackProgress):
+    """A progress that leaves remarks out of the log; warnings stay."""
+
+    def info(self, text: str) -> None:
+        """Leave the remark out."""
+
+
 def describe_search(state: Any) -> str:
     """Return one line about a `SearchState` of the library."""
     text = "No design yet" if state.incumbent is None else f"Best design {state.incumbent:.1f}"

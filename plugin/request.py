@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from qgis.core import (
@@ -9,11 +10,40 @@ from qgis.core import (
     QgsProcessingAlgorithm,
     QgsProcessingContext,
     QgsProcessingFeatureSource,
+    QgsProcessingParameterDefinition,
+    QgsProcessingParameterEnum,
 )
 
 from ..algorithms.errors import InputError
 from . import bridge
 from .progress import FeedbackProgress
+
+
+def with_words(
+    parameters: Mapping[str, Any], definitions: Iterable[QgsProcessingParameterDefinition]
+) -> dict[str, Any]:
+    """Return parameters whose choices are words also where their numbers were given.
+
+    The help of `qgis_process` asks for the number of a choice; models, saved settings and
+    dialogs keep the words.
+
+    Parameters
+    ----------
+    parameters
+        What Processing hands over.
+    definitions
+        The parameters of the tool.
+    """
+    found = dict(parameters)
+    for definition in definitions:
+        value = found.get(definition.name())
+        if not isinstance(definition, QgsProcessingParameterEnum) or isinstance(value, bool):
+            continue
+        if isinstance(value, (int, float)) or (isinstance(value, str) and value.strip().isdigit()):
+            words = definition.options()
+            if float(value) in range(len(words)):
+                found[definition.name()] = words[int(value)]
+    return found
 
 
 class Request:

@@ -31,7 +31,7 @@ from .help import GROUPS, About, help_html
 from .icons import icon_path
 from .outputs import Result, Writer, check_destinations, file_exists
 from .progress import FeedbackProgress
-from .request import Request
+from .request import Request, with_words
 
 
 class Tool(QgsProcessingAlgorithm):
@@ -130,6 +130,7 @@ class Tool(QgsProcessingAlgorithm):
         self, parameters: dict[str, Any], context: QgsProcessingContext
     ) -> tuple[bool, str]:
         """Find what would make the run fail before it begins."""
+        parameters = with_words(parameters, self.parameterDefinitions())
         good, text = super().checkParameterValues(parameters, context)
         if not good:
             return good, text
@@ -138,6 +139,8 @@ class Tool(QgsProcessingAlgorithm):
             self._check(Request(self, parameters, context))
         except (PlatwrightError, deps.DependencyError) as error:
             return False, str(error)
+        except OSError as error:
+            return False, f"{self.about.title}: {error}."
         return True, ""
 
     def processAlgorithm(
@@ -148,6 +151,7 @@ class Tool(QgsProcessingAlgorithm):
     ) -> dict[str, Any]:
         """Run the tool; every error that comes out of here is a sentence for a planner."""
         progress = FeedbackProgress(feedback or QgsProcessingFeedback())
+        parameters = with_words(parameters, self.parameterDefinitions())
         request = Request(self, parameters, context)
         try:
             with readable_errors(self.about.title):

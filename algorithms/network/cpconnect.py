@@ -13,8 +13,11 @@ from .cpmodel import CpNetwork, Literal, whole, whole_scale
 from .problem import BoolArray, FloatArray
 from .structure import graph, sink_distance
 
-#: Finest unit of distance labels, as a part of one unit of length.
-FINEST_LENGTH = 10_000
+#: Finest unit of distance labels, as a part of one unit of length. Rounding a step down loses
+#: a millionth then, less than `incumbent.TOLERANCE` of any distance.
+FINEST_LENGTH = 1_000_000
+#: The same in windows, whose results are judged by exact costs.
+WINDOW_LENGTH = 1000
 
 
 def nodes(network: CpNetwork) -> tuple[list[int], dict[int, bool]]:
@@ -95,16 +98,19 @@ def add_distances(network: CpNetwork, limit: Optional[float] = None) -> None:
     network
         A model with all usable edges free.
     limit
-        No vertex may be farther from a sink, in units of length; None for what the mesh allows.
+        No vertex whose distance counts may be farther from a sink, in units of length; None for
+        what the mesh allows. Existing streets may be farther: their distance costs nothing.
     """
     index, problem = network.index, network.index.problem
     far = float(problem.length[network.free].sum() + problem.length[problem.existing].sum())
-    labels = _Labels(network, far if limit is None else min(far, limit))
+    near = far if limit is None else min(far, limit)
+    labels = _Labels(network, FINEST_LENGTH)
     streets = np.flatnonzero(np.array(index.street)).tolist()
     for v in sorted({*network.vertices, *streets}):
         if not problem.sinks[v] and math.isfinite(index.reach[v]):
+            street = index.street[v]
             on = _labelled(network, v)
-            labels.add(v, on, 0.0 if index.street[v] else 1.0)
+            labels.add(v, on, 0.0 if street else 1.0, far if street else near)
     for e, x in network.edge.items():
         labels.link(*index.ends[e], float(problem.length[e]), x)
     for e in np.flatnonzero(problem.existing).tolist():
@@ -145,11 +151,12 @@ def add_window_distances(network: CpNetwork, active: BoolArray) -> None:
     outside[network.free] = False
     without = sink_distance(problem, outside)
     now, weight = _downstream(network, active)
-    labels = _Labels(network, 2.0 * float(now[np.isfinite(now)].max(initial=0.0)) + 30.0)
+    far = 2.0 * float(now[np.isfinite(now)].max(initial=0.0)) + 30.0
+    labels = _Labels(network, WINDOW_LENGTH)
     for v in network.vertices:
         if problem.sinks[v]:
             continue
-        labels.add(v, network.vertex[v], weight[v])
+        labels.add(v, network.vertex[v], weight[v], far)
         if math.isfinite(without[v]):
             labels.fix(v, float(without[v]))
     for e, x in network.edge.items():
@@ -193,28 +200,29 @@ def _downstream(network: CpNetwork, active: BoolArray) -> tuple[FloatArray, dict
 class _Labels:
     """Distance labels of vertices, each at least that of a parent plus the way to it."""
 
-    def __init__(self, network: CpNetwork, far: float) -> None:
-        problem = network.index.problem
+    def __init__(self, network: CpNetwork, finest: int) -> None:
+        index = network.index
+        used = index.problem.length[np.array(index.usable) | index.problem.existing]
         self.network = network
-        self.unit = whole_scale(problem.length.tolist(), FINEST_LENGTH)
-        self.top = math.ceil(far * self.unit) + 1
+        self.unit = whole_scale(used.tolist(), finest)
+        network.label_cost = index.problem.weight_distance / self.unit
         self.label: dict[int, Any] = {}
         self.on: dict[int, Literal] = {}
         self.parents: dict[int, list[Any]] = defaultdict(list)
         self.ways: list[tuple[Any, int, int, float]] = []
         self.fixed: list[tuple[Any, int, float]] = []
 
-    def add(self, v: int, on: Literal, weight: float) -> None:
-        """Give a vertex a label that counts `weight` times."""
+    def add(self, v: int, on: Literal, weight: float, far: float) -> None:
+        """Give a vertex a label up to `far` that counts `weight` times."""
         index, model = self.network.index, self.network.model
-        label = model.new_int_var(0, self.top, "")
+        top = math.ceil(far * self.unit) + 1
+        label = model.new_int_var(0, top, "")
         self.label[v], self.on[v] = label, on
         least = whole(index.reach[v], self.unit)
         # in linear form, since this is what the bound of the distance term rests on
         model.add(label >= least * (1 if on is True else on))
         if weight > 0:
-            cost = index.problem.weight_distance * weight / self.unit
-            self.network.costs.append((label, cost))
+            self.network.add_cost(label, self.network.label_cost * weight, top)
 
     def fix(self, v: int, distance: float) -> None:
         """Offer a vertex a distance that is certain."""

@@ -17,8 +17,11 @@ from .structure import Structure
 #: A CP-SAT literal, or what is known already.
 Literal = Union[bool, Any]
 
-#: Largest factor by which costs are multiplied to make them whole numbers.
+#: Whole numbers that a cost becomes at least, where no smaller factor makes all costs whole:
+#: rounding down loses a millionth of each cost then.
 FINEST = 1_000_000
+#: Largest value of the objective in whole numbers; doubles are exact up to eight times that.
+LARGEST = 2.0**50
 
 
 def whole_scale(values: Iterable[float], finest: int = FINEST) -> int:
@@ -31,7 +34,9 @@ def whole_scale(values: Iterable[float], finest: int = FINEST) -> int:
     """
     array = np.array(sorted({v for v in values if v and math.isfinite(v)}))
     for scale in (1, 2, 4, 5, 10, 20, 100, 1000, 10_000):
-        if scale < finest and np.all(np.abs(array * scale - np.round(array * scale)) < 1e-7):
+        rounded = np.round(array * scale)
+        # a value that is nearly nothing must not pass for a whole 0
+        if scale < finest and np.all((np.abs(array * scale - rounded) < 1e-9) & (rounded != 0)):
             return scale
     return finest
 
@@ -48,9 +53,14 @@ def cost_grain(index: Structure) -> int:
     return scale if scale < FINEST else 0
 
 
-def whole(value: float, scale: int) -> int:
-    """Round a cost down to a whole number of 1/scale, so that bounds stay bounds."""
-    return math.floor(value * scale + 1e-6)
+def whole(value: float, scale: float) -> int:
+    """Round a cost down to a whole number of 1/scale, so that bounds stay bounds.
+
+    What is whole but for the rounding of floating-point numbers stays as it is.
+    """
+    scaled = value * scale
+    near = round(scaled)
+    return near if abs(scaled - near) <= 1e-9 + 1e-13 * near else math.floor(scaled)
 
 
 class CpNetwork:
@@ -65,7 +75,7 @@ class CpNetwork:
     fixed
         Shape (e,). Edges chosen among the others.
     finest
-        Largest factor that makes costs whole; the smaller, the faster and the coarser.
+        See `FINEST`; the smaller, the faster and the coarser.
 
     Attributes
     ----------
@@ -76,7 +86,9 @@ class CpNetwork:
     vertex
         Literal per vertex at free edges: whether it is active.
     costs
-        Pairs (variable, cost), the objective so far.
+        Triples (variable, cost, largest value of the variable), the objective so far.
+    label_cost
+        Cost of one unit of a distance label, 0 without any.
     """
 
     def __init__(
@@ -93,7 +105,8 @@ class CpNetwork:
         self.finest = finest
         self.model: Any = cp_model().CpModel()
         self.expression: Any = cp_model().LinearExpr
-        self.costs: list[tuple[Any, float]] = []
+        self.costs: list[tuple[Any, float, int]] = []
+        self.label_cost = 0.0
         self.constant = 0.0
         self.slack: dict[int, Literal] = {}
         self.edge: dict[int, Any] = {e: self.model.new_bool_var("") for e in self.free}
@@ -122,7 +135,11 @@ class CpNetwork:
         if literal is True:
             self.constant += weight
         elif literal is not False:
-            self.costs.append((literal, weight))
+            self.add_cost(literal, weight)
+
+    def add_cost(self, variable: Any, cost: float, top: int = 1) -> None:
+        """Add a cost per unit of a variable that has at most the value `top`."""
+        self.costs.append((variable, cost, top))
 
     def _add_vertices(self) -> None:
         """Tie vertices to edges and forbid dead ends in the form that relaxes best."""
@@ -233,13 +250,25 @@ class CpNetwork:
             self.model.add_implication(both, a)
         return both
 
-    def minimise(self) -> int:
+    def minimise(self) -> float:
         """Set the objective; return the factor that its whole numbers are multiples of."""
-        scale = whole_scale((w for _, w in self.costs), self.finest)
-        variables = [variable for variable, _ in self.costs]
-        weights = [whole(w, scale) for _, w in self.costs]
+        scale = self._scale()
+        variables = [variable for variable, _, _ in self.costs]
+        weights = [whole(cost, scale) for _, cost, _ in self.costs]
         self.model.minimize(self.expression.weighted_sum(variables, weights))
         return scale
+
+    def _scale(self) -> float:
+        """Return a factor that makes costs whole, or nearly so where they are too many kinds."""
+        exact = whole_scale((cost for _, cost, _ in self.costs), self.finest)
+        if exact < self.finest:
+            return exact
+        least = min((cost for _, cost, top in self.costs if cost > 0 and top == 1), default=1.0)
+        scale = self.finest / min(1.0, least)
+        if self.label_cost > 0:
+            # labels are many and long: their cost stays exact
+            scale = max(1.0, math.ceil(scale * self.label_cost - 1e-9)) / self.label_cost
+        return min(scale, LARGEST / max(1.0, math.fsum(cost * top for _, cost, top in self.costs)))
 
     def hint(self, active: BoolArray) -> None:
         """Suggest a design to start from."""

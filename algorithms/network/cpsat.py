@@ -32,8 +32,6 @@ class CpResult:
         Shape (e,). Chosen edges, or None.
     bound
         Proven lower bound of the objective; -inf if there is none.
-    exact
-        Whether all costs were whole after scaling, so that "optimal" is meant literally.
     effort
         Work done, in CP-SAT's deterministic units.
     """
@@ -41,7 +39,6 @@ class CpResult:
     status: str
     active: Optional[BoolArray]
     bound: float
-    exact: bool = True
     effort: float = 0.0
 
 
@@ -137,7 +134,7 @@ def run_cp(
     active = chosen(solver.boolean_value) if name in ("optimal", "feasible") else None
     bound = -np.inf if name == "infeasible" else solver.best_objective_bound / scale + shift
     effort = float(solver.response_proto.deterministic_time)
-    return CpResult(name, active, float(bound), scale < network.finest, effort)
+    return CpResult(name, active, float(bound), effort)
 
 
 def _configure(solver: Any, options: CpOptions) -> None:
@@ -204,7 +201,7 @@ def full_network(
     start
         A design to start from.
     distance_limit
-        No vertex may be farther than this from a sink; None for no limit.
+        No vertex whose distance counts may be farther than this from a sink; None for no limit.
     ranks
         Connect by ranks even if distances count, which then are left out.
     finest

@@ -33,7 +33,7 @@ class Incumbent:
     grain
         Every objective is a whole multiple of 1 / grain; 0 if that is not known.
     proven
-        Whether a solver has proven the best design optimal within its rounding.
+        Whether a solver without rounded costs has proven the best design optimal.
     best, value, bound
         Best design (shape (e,)) or None, its exact objective, proven lower bound.
     """
@@ -111,7 +111,7 @@ class Incumbent:
         found = self.evaluator.evaluate(self.best)
         bound = min(self.bound, found.objective)
         missing = found.objective - bound
-        if missing <= TOLERANCE * max(1.0, found.objective):
+        if missing <= TOLERANCE * max(1e-9, found.objective):
             bound, stopped = found.objective, "optimal"
         elif self.proven:
             stopped = "optimal"

@@ -9,11 +9,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import shapely
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 from shapely.geometry import LineString, Point, Polygon
 from shapely.ops import substring
 
 from .roadnetwork import RoadNetwork, Section
 from .types import AccessPoint
+
+ISOLATED = 200.0
+"""Service lanes that hang together over less than this lead nowhere, metres."""
 
 STEEP = 40.0
 """Smallest angle between an incoming street and the boundary, degrees."""
@@ -70,8 +75,9 @@ def access_points(
     list of AccessPoint
         In the order in which they lie along the rings.
     """
-    found = _at_crossings(polygon, roads)
-    found += _at_junctions(polygon, roads, along, snap_distance)
+    leads = _leads_somewhere(roads)
+    found = _at_crossings(polygon, roads, leads)
+    found += _at_junctions(polygon, roads, along, snap_distance, leads)
     # streets before service ways, then the steepest first
     found.sort(key=lambda c: (_minor(c.point), -round(c.sine, 2), c.point.name == "", c.point.xy))
     kept: list[AccessPoint] = []
@@ -80,6 +86,23 @@ def access_points(
         if all(math.dist(candidate.point.xy, p.xy) >= apart for p in kept):
             kept.append(candidate.point)
     return in_ring_order(polygon, kept)
+
+
+def _leads_somewhere(roads: RoadNetwork) -> npt.NDArray[np.bool_]:
+    """Tell which lines belong to a network worth the name, shape (n,).
+
+    A few service lanes that hang together with nothing else, such as those of a car park
+    whose driveway is not drawn, lead nowhere.
+    """
+    n = len(roads.nodes)
+    links = coo_matrix((np.ones(len(roads.ends)), (roads.ends[:, 0], roads.ends[:, 1])), (n, n))
+    part = connected_components(links, directed=False)[1][roads.ends[:, 0]]
+    if not len(part):
+        return np.zeros(0, dtype=np.bool_)
+    length = np.bincount(part, weights=shapely.length(roads.lines))
+    minor = np.array([str(kind).lower() in MINOR for kind in roads.kinds])
+    streets = np.bincount(part, weights=~minor)
+    return np.asarray((length[part] >= ISOLATED) | (streets[part] > 0))
 
 
 def _minor(point: AccessPoint) -> bool:
@@ -112,13 +135,17 @@ def in_ring_order(polygon: Polygon, points: list[AccessPoint]) -> list[AccessPoi
 
 
 def _at_junctions(
-    polygon: Polygon, roads: RoadNetwork, along: frozenset[int], snap_distance: float
+    polygon: Polygon,
+    roads: RoadNetwork,
+    along: frozenset[int],
+    snap_distance: float,
+    leads: npt.NDArray[np.bool_],
 ) -> list[_Candidate]:
     """Junctions and road ends near the boundary that a street reaches from outside."""
     places = shapely.points(roads.nodes)
     near = (shapely.distance(places, polygon.boundary) <= snap_distance) & (roads.degree != 2)
     branches: dict[int, list[_Branch]] = {}
-    for j, end in zip(*np.nonzero(near[roads.ends])):
+    for j, end in zip(*np.nonzero(near[roads.ends] & leads[:, None])):
         branch = _branch(roads, int(j), int(end))
         branches.setdefault(int(roads.ends[j, end]), []).append(branch)
     result = []
@@ -195,11 +222,13 @@ def _hit(
     return None
 
 
-def _at_crossings(polygon: Polygon, roads: RoadNetwork) -> list[_Candidate]:
+def _at_crossings(
+    polygon: Polygon, roads: RoadNetwork, leads: npt.NDArray[np.bool_]
+) -> list[_Candidate]:
     """Roads that cross the boundary into the site."""
     result = []
     boundary = polygon.boundary
-    for j in np.flatnonzero(shapely.crosses(roads.lines, polygon)):
+    for j in np.flatnonzero(shapely.crosses(roads.lines, polygon) & leads):
         line = roads.lines[j]
         for x, y in shapely.get_coordinates(shapely.intersection(line, boundary)).tolist():
             at = float(line.project(Point(x, y)))

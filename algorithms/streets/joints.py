@@ -23,7 +23,7 @@ TOUCHING = 0.05
 #: A street nearer than this to the end of a new one is met in any case (metres).
 NEAR = 12.0
 #: A street is carried on over at most this many times the snap distance.
-CARRY = 1.4
+CARRY = 1.5
 
 
 def trim_ends(ground: Ground, level: IntArray, alignment: Alignment) -> Alignment:

@@ -151,7 +151,7 @@ def checked_rules() -> Iterator[QgsProcessingParameterDefinition]:
     """Declare how strictly streets that exist are checked against each local rule."""
     words = {"forbid": "an error", "discourage": "a warning", "allow": "not checked"}
     for key, (_, text, help_text, default, _price) in _LOCAL_RULES.items():
-        own = "discourage" if default == _BY_RULES else default
+        own = "allow" if default == _BY_RULES else default
         yield parameters.choice(key, text, help_text, words, default=own, advanced=True)
 
 
@@ -207,7 +207,8 @@ def search() -> Iterator[QgsProcessingParameterDefinition]:
     yield parameters.number(
         "GAP",
         "Gap at which the search may stop",
-        "The proven distance from the best possible design, as a share of the price.",
+        "The distance from the proven bound at which each program (collectors, then local streets "
+        "block by block) may stop, as a share of its price.",
         unit="share, 0.01 = 1 %",
         default=0.01,
         minimum=0.0,
@@ -217,7 +218,8 @@ def search() -> Iterator[QgsProcessingParameterDefinition]:
     yield parameters.number(
         "SEED",
         "Seed",
-        "Another number gives another search, the same number the same one.",
+        "Another number gives another search. The same number gives the same design as long as the "
+        "run ends by itself, not by the time limit.",
         default=1,
         minimum=0,
         maximum=2**31 - 1,

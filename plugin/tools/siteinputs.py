@@ -10,9 +10,13 @@ from qgis.core import QgsProcessingParameterDefinition
 
 from ...algorithms.errors import InputError
 from .. import parameters
-from ..progress import FeedbackProgress
+from ..progress import FeedbackProgress, QuietProgress
 from ..request import Request
 
+#: Roads this near to the edge of the site run along it (metres).
+ALONG_EDGE = 2.0
+#: Length of roads inside a site from which it is worth a line in the log (metres).
+WORTH_TELLING = 10.0
 INNER_ROADS = {
     "ignore": "the site is designed as if they were not there",
     "keep": "they stay as existing streets",
@@ -120,13 +124,19 @@ def prepared_sites(request: Request, progress: FeedbackProgress, key: str = "INP
     ):
         if name == key or given.get(name) is not None:
             options[option] = request.name(name)
+    preparing = progress.part(0.5, 1.0)
+    if not request.declares("ROADS"):
+        # The library remarks that there are none, which nobody could give here.
+        preparing = QuietProgress(preparing.feedback, preparing.start, preparing.end)
     prepared = prepare_sites(
         polygons,
         given.get("ROADS"),
         given.get("OBSTACLES"),
-        progress=progress.part(0.5, 1.0),
+        progress=preparing,
         **options,
     )
+    if given.get("ROADS") is not None and options.get("inner_roads") == "ignore":
+        _tell_left_out(given["ROADS"], prepared.sites, progress)
     points = given.get("ACCESS_POINTS")
     if points is None:
         return prepared
@@ -138,3 +148,26 @@ def prepared_sites(request: Request, progress: FeedbackProgress, key: str = "INP
             for site, own in zip(prepared.sites, shared)
         ),
     )
+
+
+def _tell_left_out(roads: Any, sites: Any, progress: FeedbackProgress) -> None:
+    """Say how much of the roads lies inside the sites and is left out."""
+    import numpy as np
+    import shapely
+
+    length = 0.0
+    for site in sites:
+        known = [street.line for street in (*site.boundary_streets, *site.inner_streets)]
+        around = site.polygon.buffer(-ALONG_EDGE)
+        shapely.prepare(around)
+        lines = roads.geometry.dropna().to_crs(site.crs)
+        lines = lines[np.isfinite(lines.bounds).all(axis=1)]
+        lines = lines[shapely.intersects(lines.to_numpy(), around)]
+        own = shapely.union_all(known).buffer(ALONG_EDGE) if known else shapely.Polygon()
+        cut = shapely.intersection(shapely.force_2d(lines.to_numpy()), around)
+        length += float(shapely.length(shapely.difference(cut, own)).sum())
+    if length >= WORTH_TELLING:
+        progress.info(
+            f"{length:.0f} m of the existing roads run inside the site and are left out. To keep "
+            "them as streets choose 'keep' for 'Roads inside the site'."
+        )

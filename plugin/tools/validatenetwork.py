@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any, ClassVar
 
@@ -58,7 +59,7 @@ class ValidateNetwork(Tool):
         "TOTAL_LENGTH": "Length of the designed streets (m)",
         "MEAN_DISTANCE": "Mean way out of the site (m)",
         "MAX_DISTANCE": "Longest way out of the site (m)",
-        "UNCOVERED_AREA": "Ground beyond the coverage range (m2)",
+        "UNCOVERED_AREA": "Ground beyond the coverage range (m2; empty without a range)",
     }
     needs = (*deps.LAYERS, "networkx")
 
@@ -90,8 +91,10 @@ class ValidateNetwork(Tool):
         yield parameters.layer(
             "SINKS",
             "Exits",
-            "Points where traffic leaves. Empty: at the existing streets or, where there are "
-            "none, anywhere on the edge of the site.",
+            "Points where traffic leaves: points of your own, or the junctions of Design streets "
+            "with those selected for which is_sink is true, and 'Selected features only' ticked. "
+            "Empty: at the existing streets or, where there are none, anywhere on the edge of the "
+            "site.",
             "point",
             optional=True,
         )
@@ -139,11 +142,14 @@ class ValidateNetwork(Tool):
             **weights,
         )
         found = describe(report.problems, request.name("INPUT"))
+        numbers = {key: report.numbers.get(key, 0.0) for key in self.numbers}
+        if not request.has("COVERAGE"):
+            numbers["UNCOVERED_AREA"] = math.nan
         return Result(
             crs=request.crs("INPUT"),
             layers={"PROBLEMS": found},
             numbers={
-                **{key: report.numbers.get(key, 0.0) for key in self.numbers},
+                **numbers,
                 "WARNINGS": int((found["severity"] == "warning").sum()),
             },
             specification=to_json(

@@ -2,12 +2,65 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 pytest.importorskip("qgis.core", reason="QGIS is not installed")
 pytestmark = pytest.mark.qgis
 
-from support import box, layer, point, roads, site  # noqa: E402
+from support import ROADS, FailedError, box, layer, line, point, roads, site  # noqa: E402
+
+
+def test_nothing_is_said_about_roads_that_nobody_could_give(mesh):
+    assert not [text for text in mesh.said.infos if "road" in text]
+
+
+def test_an_arriving_street_goes_on_along_a_drawn_mesh_too(toolbox):
+    """Prepare, mesh and design continue a street as one run of Design streets does."""
+    lane = [*ROADS[:4], line((118, -8), (118, -120))]
+    around = layer(lane, kind="LineString")
+    ready = toolbox.run("preparesite", INPUT=site(), ROADS=around).layers
+    drawn = toolbox.run(
+        "candidatemesh", INPUT=ready["SITE"], ACCESS_POINTS=ready["ACCESS_POINTS"]
+    ).layers["EDGES"]
+    run = toolbox.run("designstreets", INPUT=site(), ROADS=around, MESH_EDGES=drawn, TIME_LIMIT=3)
+    met = [j for j in run.rows("JUNCTIONS") if j["kind"] == "continues street"]
+    assert len(met) == 1
+    assert met[0]["geometry"].asPoint().x() == pytest.approx(500118, abs=3)
+
+
+def test_a_face_that_is_no_quad_is_placed_in_the_crs_of_the_layer(toolbox, mesh):
+    from qgis.core import (
+        QgsCoordinateReferenceSystem,
+        QgsCoordinateTransform,
+        QgsGeometry,
+        QgsProject,
+    )
+
+    turn = QgsCoordinateTransform(
+        QgsCoordinateReferenceSystem("EPSG:3067"),
+        QgsCoordinateReferenceSystem("EPSG:4326"),
+        QgsProject.instance(),
+    )
+    shapes = [e["geometry"] for e in mesh.rows("EDGES")]
+    middle = turn.transform(500150, 6700100)
+    for shape in shapes:
+        shape.transform(turn)
+    gone = min(shapes, key=lambda s: s.centroid().asPoint().distance(middle))
+    drawn = layer([s for s in shapes if s is not gone], kind="LineString", crs="EPSG:4326")
+    shape = QgsGeometry.fromWkt(box(0, 0, 300, 200))
+    shape.transform(turn)
+    with pytest.raises(FailedError, match="6 corners") as caught:
+        toolbox.run("designstreets", INPUT=layer([shape], crs="EPSG:4326"), MESH_EDGES=drawn)
+    x, y = (float(n) for n in re.search(r"at \((.+?), (.+?)\)", str(caught.value)).groups())
+    assert x == pytest.approx(middle.x(), abs=0.001)
+    assert y == pytest.approx(middle.y(), abs=0.001)
+
+
+def test_the_block_width_sets_the_size_of_the_cells(toolbox):
+    run = toolbox.run("candidatemesh", INPUT=site(), BLOCK_WIDTH=66)
+    assert run.results["MEAN_EDGE_LENGTH"] == pytest.approx(66, rel=0.1)
 
 
 @pytest.fixture(scope="module")

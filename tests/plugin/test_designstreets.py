@@ -10,7 +10,18 @@ import pytest
 pytest.importorskip("qgis.core", reason="QGIS is not installed")
 pytestmark = pytest.mark.qgis
 
-from support import Listener, box, layer, line, point, roads, site  # noqa: E402
+from support import (  # noqa: E402
+    ROADS,
+    FailedError,
+    Listener,
+    RefusedError,
+    box,
+    layer,
+    line,
+    point,
+    roads,
+    site,
+)
 
 
 @pytest.fixture(scope="module")
@@ -164,6 +175,110 @@ def test_given_exits_are_the_only_ones(toolbox):
 def test_other_ways_out(toolbox, mode):
     run = toolbox.run("designstreets", INPUT=site(), ROADS=roads(), SINK_MODE=mode, TIME_LIMIT=3)
     assert len(new(run)) >= 3
+    assert run.results["VIOLATIONS"] == 0
+
+
+@pytest.fixture
+def asked_of_checker(package, monkeypatch):
+    """What the independent checker is asked, as a dictionary that fills."""
+    measure = package("algorithms.measure")
+    asked, check = {}, measure.validate_network
+
+    def listen(streets, **options):
+        asked.update(options)
+        return check(streets, **options)
+
+    monkeypatch.setattr(measure, "validate_network", listen)
+    return asked
+
+
+def test_the_checker_is_told_the_planner_s_own_exits_and_wishes(toolbox, asked_of_checker):
+    """Not the exits of the design: that a street leads to no given one must show."""
+    toolbox.run(
+        "designstreets",
+        INPUT=site(),
+        ROADS=roads(),
+        SINK_MODE="given points",
+        SINKS=layer([point(150, 0), point(160, 200)], kind="Point"),
+        REQUIRED=layer([line((75, 5), (75, 195))], kind="LineString"),
+        FORBIDDEN=layer([line((20, 150), (90, 151))], kind="LineString"),
+        TIME_LIMIT=3,
+    )
+    exits = [(p.x - 500000, p.y - 6700000) for p in asked_of_checker["sinks"].geometry]
+    assert len(exits) == 2
+    assert exits[0] == pytest.approx((150, 0), abs=5)
+    assert exits[1] == pytest.approx((150, 200), abs=5)
+    assert asked_of_checker["required"].length.sum() == pytest.approx(190)
+    assert asked_of_checker["forbidden"].length.sum() == pytest.approx(70, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("rules", "close", "zigzags"), [("planner", 0, 0), ("as in the paper", float("inf"), 5)]
+)
+def test_rules_left_to_the_set_are_checked_as_it_has_them(
+    toolbox, asked_of_checker, rules, close, zigzags
+):
+    run = toolbox.run(
+        "designstreets", INPUT=site(), ROADS=roads(), RULES=rules, BLOCK_WIDTH=100, TIME_LIMIT=3
+    )
+    assert asked_of_checker["too_close"] == close
+    assert asked_of_checker["zigzags"] == zigzags
+    assert (asked_of_checker["coverage_m"] is None) == (rules == "planner")
+    assert run.results["VIOLATIONS"] == 0
+
+
+def test_a_check_that_is_cancelled_does_not_cost_the_design(toolbox):
+    listener = Listener(cancel_at="Checking the streets")
+    run = toolbox.run("designstreets", listener=listener, INPUT=site(), ROADS=roads(), TIME_LIMIT=3)
+    assert new(run)
+    assert run.results["VIOLATIONS"] is None
+    assert any("not checked" in text for text in listener.warnings)
+
+
+@pytest.mark.parametrize(
+    ("wish", "shapes", "kind"),
+    [
+        ("SINKS", [point(150, 0), point(150, 900)], "Point"),
+        ("REQUIRED", [line((75, 5), (75, 195)), line((75, 900), (75, 999))], "LineString"),
+    ],
+)
+def test_a_wish_that_cannot_be_is_named_by_layer_and_feature(toolbox, wish, shapes, kind):
+    wishes = layer(shapes, kind=kind, name="my wishes")
+    feature = sorted(f.id() for f in wishes.getFeatures())[1]
+    mode = {"SINK_MODE": "given points"} if wish == "SINKS" else {}
+    with pytest.raises(FailedError, match=f"'my wishes', feature {feature}"):
+        toolbox.run(
+            "designstreets", INPUT=site(), ROADS=roads(), TIME_LIMIT=2, **mode, **{wish: wishes}
+        )
+
+
+def test_roads_inside_that_are_left_out_are_told(toolbox):
+    inner = layer([*ROADS, line((100, -8), (100, 208))], kind="LineString")
+    run = toolbox.run("designstreets", INPUT=site(), ROADS=inner, TIME_LIMIT=2)
+    (told,) = [text for text in run.said.infos if "inside the site" in text]
+    assert 190 < float(told.split(" m ")[0]) <= 200
+    run = toolbox.run("designstreets", INPUT=site(), ROADS=roads(), TIME_LIMIT=2)
+    assert not [text for text in run.said.infos if "inside the site" in text]
+
+
+@pytest.mark.parametrize("sink", [0, "0", 0.0])
+def test_choices_may_be_given_by_number(toolbox, package, sink):
+    """As the help of qgis_process asks for them."""
+    tool = toolbox.tool("designstreets")
+    given = {"SINK_MODE": sink, "RULES": "1", "SOLVER": "HiGHS", "TIME_LIMIT": 1}
+    words = package("plugin.request").with_words(given, tool.parameterDefinitions())
+    assert words == {
+        "SINK_MODE": "existing streets",
+        "RULES": "as in the paper",
+        "SOLVER": "HiGHS",
+        "TIME_LIMIT": 1,
+    }
+    run = toolbox.run(
+        "designstreets", INPUT=site(), ROADS=roads(), SINK_MODE=sink, LEVELS=1, TIME_LIMIT=2
+    )
+    assert new(run)
+    with pytest.raises(RefusedError, match="SINK_MODE|Where streets may leave"):
+        toolbox.run("designstreets", INPUT=site(), SINK_MODE=9, TIME_LIMIT=2)
 
 
 def test_the_paper_s_rules_can_be_had(toolbox):

@@ -87,6 +87,21 @@ def test_every_parameter_is_named_and_explained(tool):
             assert UNITS[p.name()] in p.description()
 
 
+def test_the_help_ends_with_the_default_or_says_optional(tool):
+    from qgis.core import QgsProcessingParameterDefinition
+
+    optional = QgsProcessingParameterDefinition.Flag.FlagOptional
+    for p in tool.parameterDefinitions():
+        if p.isDestination():
+            continue
+        if p.flags() & optional:
+            assert p.help().endswith(" Optional."), p.name()
+        elif p.defaultValue() is not None:
+            default = p.defaultValue()
+            shown = default if isinstance(default, str) else f"{default:g}"
+            assert re.search(rf" Default: {re.escape(shown)}( \w+)?\.$", p.help()), p.name()
+
+
 def test_no_dialog_has_more_than_eight_basic_inputs(tool):
     from qgis.core import QgsProcessingParameterDefinition
 

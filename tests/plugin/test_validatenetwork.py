@@ -39,6 +39,22 @@ def test_a_sound_network_has_no_problem(toolbox):
     assert run.rows("PROBLEMS") == []
 
 
+def test_a_grid_with_t_junctions_is_no_list_of_problems(toolbox):
+    stubs = [line((60, 100), (60, 200)), line((60, 0), (60, 100)), line((75, 0), (75, 200))]
+    run = toolbox.run("validatenetwork", INPUT=streets(*CROSS[:2], *stubs), SITE=site())
+    assert kinds(run, "warning") == []
+    run = toolbox.run(
+        "validatenetwork", INPUT=streets(*CROSS[:2], *stubs), SITE=site(), TOO_CLOSE="discourage"
+    )
+    assert "too close" in kinds(run, "warning")
+
+
+def test_without_a_range_no_uncovered_area_is_told(toolbox):
+    run = toolbox.run("validatenetwork", INPUT=streets(*CROSS), SITE=site())
+    assert run.results["UNCOVERED_AREA"] is None
+    assert not any("coverage" in text for text in run.said.infos)
+
+
 def test_dead_ends_and_islands_are_found_and_explained(toolbox):
     island = line((40, 40), (60, 60))
     stub = line((150, 100), (220, 160))
