@@ -26,7 +26,9 @@ not made.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Optional
 
 from .structure import Structure
 
@@ -57,13 +59,15 @@ class BallCut:
     rhs: int
 
 
-def ball_cuts(index: Structure) -> list[BallCut]:
+def ball_cuts(index: Structure, check: Optional[Callable[[], None]] = None) -> list[BallCut]:
     """Return a ball-exit inequality for each covered vertex for which one holds.
 
     Parameters
     ----------
     index
         The problem.
+    check
+        Called often; may raise an error to end the work.
 
     Returns
     -------
@@ -76,6 +80,8 @@ def ball_cuts(index: Structure) -> list[BallCut]:
     cuts: list[BallCut] = []
     seen: set[tuple[int, ...]] = set()
     for v, cover in index.cover:
+        if check is not None:
+            check()
         ball = set(cover)
         if any(problem.sinks[u] or index.street[u] for u in ball):
             continue

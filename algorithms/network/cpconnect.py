@@ -68,6 +68,7 @@ def add_ranks(network: CpNetwork) -> None:
     rank = {c: model.new_int_var(0, len(members), "") for c in on}
     parents: dict[int, list[Any]] = defaultdict(list)
     for e, x in network.edge.items():
+        network.check()
         ends = node[index.ends[e][0]], node[index.ends[e][1]]
         if ends[0] == ends[1]:
             continue
@@ -214,6 +215,7 @@ class _Labels:
 
     def add(self, v: int, on: Literal, weight: float, far: float) -> None:
         """Give a vertex a label up to `far` that counts `weight` times."""
+        self.network.check()
         index, model = self.network.index, self.network.model
         top = math.ceil(far * self.unit) + 1
         label = model.new_int_var(0, top, "")
@@ -234,6 +236,7 @@ class _Labels:
 
     def link(self, u: int, v: int, length: float, x: Optional[Any]) -> None:
         """Let each of two vertices be the parent of the other if x holds (None: always)."""
+        self.network.check()
         model = self.network.model
         step = whole(length, self.unit)
         ways = []

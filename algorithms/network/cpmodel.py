@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Optional, Union
 
 import numpy as np
@@ -76,6 +76,8 @@ class CpNetwork:
         Shape (e,). Edges chosen among the others.
     finest
         See `FINEST`; the smaller, the faster and the coarser.
+    check
+        Called often while the model is built; may raise an error to end that.
 
     Attributes
     ----------
@@ -98,11 +100,13 @@ class CpNetwork:
         fixed: BoolArray,
         *,
         finest: int = FINEST,
+        check: Optional[Callable[[], None]] = None,
     ) -> None:
         self.index = index
         self.free = list(free)
         self.fixed = fixed
         self.finest = finest
+        self.check: Callable[[], None] = check or (lambda: None)
         self.model: Any = cp_model().CpModel()
         self.expression: Any = cp_model().LinearExpr
         self.costs: list[tuple[Any, float, int]] = []
@@ -126,6 +130,7 @@ class CpNetwork:
 
     def clause(self, literals: Iterable[Literal]) -> None:
         """Demand that one of the literals holds."""
+        self.check()
         kept = [a for a in literals if a is not False]
         if not any(a is True for a in kept):
             self.model.add_bool_or(kept)
@@ -145,6 +150,7 @@ class CpNetwork:
         """Tie vertices to edges and forbid dead ends in the form that relaxes best."""
         index, model = self.index, self.model
         for v in self.vertices:
+            self.check()
             mine = index.incident[v]
             if index.street[v] or any(self.literal(e) is True for e in mine):
                 self.vertex[v] = True
@@ -169,6 +175,7 @@ class CpNetwork:
     def add_terms(self, terms: Iterable[Term]) -> None:
         """Add local rules, patterns and clauses."""
         for term in terms:
+            self.check()
             tried = [self._body(on, off) for on, off in term.alternatives]
             bodies = [body for body in tried if body is not None]
             if not bodies:
@@ -200,6 +207,7 @@ class CpNetwork:
         """Demand coverage, with a slack where it is soft (CND eq. 6)."""
         penalty = self.index.problem.cover_penalty
         for v, ball in cover:
+            self.check()
             literals = [self._active(u) for u in ball]
             if any(a is True for a in literals):
                 self.slack[v] = False
@@ -225,6 +233,7 @@ class CpNetwork:
     def add_cuts(self, cuts: Iterable[BallCut]) -> None:
         """Add ball-exit inequalities whose coverage slack is known."""
         for cut in cuts:
+            self.check()
             parts: list[tuple[Literal, int]] = [(self.literal(e), cut.weight) for e in cut.exits]
             parts += [(self.literal(e), 1) for e in cut.inside]
             parts.append((self.slack.get(cut.vertex, False), cut.rhs))

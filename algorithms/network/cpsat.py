@@ -189,6 +189,7 @@ def full_network(
     distance_limit: Optional[float] = None,
     ranks: bool = False,
     finest: int = FINEST,
+    check: Optional[Callable[[], None]] = None,
 ) -> CpNetwork:
     """Build the model of a whole problem.
 
@@ -204,15 +205,15 @@ def full_network(
         No vertex whose distance counts may be farther than this from a sink; None for no limit.
     ranks
         Connect by ranks even if distances count, which then are left out.
-    finest
+    finest, check
         See `CpNetwork`.
     """
     none = np.zeros(len(index.ends), dtype=bool)
-    network = CpNetwork(index, index.edges, none, finest=finest)
+    network = CpNetwork(index, index.edges, none, finest=finest, check=check)
     network.constant = index.fixed
     network.add_terms(index.terms)
     network.add_cover(index.cover)
-    network.add_cuts(ball_cuts(index) if cuts is None else cuts)
+    network.add_cuts(ball_cuts(index, check) if cuts is None else cuts)
     if index.with_distance and not ranks:
         add_distances(network, distance_limit)
     else:

@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import math
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Optional
 
+from ..errors import CancelledError
 from ..progress import Deadline, Progress, SearchState
 from .evaluate import Evaluator
 from .problem import BoolArray, Design
 
 #: Relative difference of objective and bound that counts as none.
 TOLERANCE = 1e-5
+#: Seconds that the thread beside the search gets to end; then it is left to end by itself.
+GRACE = 0.2
+#: Seconds between two looks at whether a model that is being built is still wanted.
+POLL = 0.05
 
 
 @dataclass(eq=False)
@@ -101,15 +107,29 @@ class Incumbent:
 
     def beside(self, work: Callable[[], None]) -> Companion:
         """Run `work` in a thread of its own until it ends or the run is finished."""
-        return Companion(work, self.finished)
+        return Companion(work, self)
+
+    def wanted(self) -> Callable[[], None]:
+        """Return what to call often while a model is built in the caller's thread.
+
+        It raises `CancelledError` once the caller has cancelled.
+        """
+        return patience(self.cancelled)
+
+    def wanted_beside(self) -> Callable[[], None]:
+        """Return the same for the thread beside the search: an error once the run is over."""
+        return patience(self.finished.is_set)
 
     def design(self) -> Design:
         """Return the best design; there must be one."""
         if self.best is None:
             msg = "there is no design yet"
             raise ValueError(msg)
-        found = self.evaluator.evaluate(self.best)
-        bound = min(self.bound, found.objective)
+        with self._lock:
+            # a thread that was left behind may still find something
+            best, bound, history = self.best, self.bound, tuple(self.history)
+        found = self.evaluator.evaluate(best)
+        bound = min(bound, found.objective)
         missing = found.objective - bound
         if missing <= TOLERANCE * max(1e-9, found.objective):
             bound, stopped = found.objective, "optimal"
@@ -122,7 +142,7 @@ class Incumbent:
         else:
             stopped = "time"
         return Design(
-            active=self.best,
+            active=best,
             objective=found.objective,
             bound=bound,
             seconds=self.deadline.elapsed,
@@ -130,8 +150,24 @@ class Incumbent:
             distance=found.distance,
             uncovered=found.uncovered,
             broken_clauses=found.broken_clauses,
-            history=tuple(self.history),
+            history=history,
         )
+
+
+def patience(over: Callable[[], bool]) -> Callable[[], None]:
+    """Return a function that raises `CancelledError` once `over` is true, asked now and then."""
+    due = 0.0
+
+    def check() -> None:
+        nonlocal due
+        now = time.monotonic()
+        if now < due:
+            return
+        if over():
+            raise CancelledError("The run was cancelled while a model was being built.")
+        due = time.monotonic() + POLL
+
+    return check
 
 
 class Companion:
@@ -140,23 +176,26 @@ class Companion:
     Parameters
     ----------
     work
-        What it does; must look at `finished` often.
-    finished
-        Set when it is to end.
+        What it does; must look at `run.finished` often.
+    run
+        The run; it is finished when the block is left.
     """
 
-    def __init__(self, work: Callable[[], None], finished: threading.Event) -> None:
-        self._finished = finished
+    def __init__(self, work: Callable[[], None], run: Incumbent) -> None:
+        self._of = run
         self._failure: list[BaseException] = []
         self._work = work
-        self._thread = threading.Thread(target=self._run, name="bound", daemon=True)
+        # not a daemon: the interpreter must not end while a solver works
+        self._thread = threading.Thread(target=self._run, name="bound")
 
     def _run(self) -> None:
         """Work, and keep what goes wrong for the thread that waits."""
         try:
             self._work()
         except BaseException as error:
-            self._failure.append(error)
+            ended = isinstance(error, CancelledError) and self._of.finished.is_set()
+            if not ended:
+                self._failure.append(error)
 
     @property
     def alive(self) -> bool:
@@ -168,9 +207,17 @@ class Companion:
         self._thread.start()
         return self
 
-    def __exit__(self, *_: object) -> None:
-        """End the thread; raise what went wrong in it."""
-        self._finished.set()
-        self._thread.join()
-        if self._failure:
-            raise self._failure[0]
+    def __exit__(self, kind: object, *_: object) -> None:
+        """End the thread; raise what went wrong in it if there is no design, else warn."""
+        self._of.finished.set()
+        self._thread.join(GRACE)
+        if not self._failure or kind is not None:
+            return
+        error = self._failure[0]
+        if self._of.best is None or not isinstance(error, Exception):
+            raise error
+        if self._of.progress is not None:
+            self._of.progress.warn(
+                "The proof of a bound failed, so that the gap of the design is not known well "
+                f"({type(error).__name__}: {error}). The best design found is kept."
+            )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any, Optional
 
 import pulp
@@ -15,11 +15,19 @@ class LinearModel:
     Attributes
     ----------
     problem
-        The PuLP problem.
+        The PuLP problem; its objective is multiplied by `factor` and lacks `constant`.
+    constant
+        Cost that is always due.
+    factor
+        Power of 2 that brings small costs to where solvers with absolute tolerances see them.
     """
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, check: Optional[Callable[[], None]] = None) -> None:
         self.problem: Any = pulp.LpProblem(name, pulp.LpMinimize)
+        self.factor = 1.0
+        self._check = check
+        # PuLP 3.3 warns whoever makes variables in the way of older versions
+        self._make: Any = getattr(self.problem, "add_variable", pulp.LpVariable)
         self._costs: list[tuple[Any, float]] = []
         self._count = 0
         self.constant = 0.0
@@ -33,7 +41,7 @@ class LinearModel:
         return self._variable(upper, "Continuous", cost)
 
     def _variable(self, upper: Optional[float], category: str, cost: float) -> Any:
-        variable = pulp.LpVariable(f"v{self._count}", 0, upper, category)
+        variable = self._make(f"v{self._count}", 0, upper, category)
         self._count += 1
         # also those without cost: a variable in no row would be lost otherwise
         self._costs.append((variable, cost))
@@ -51,6 +59,8 @@ class LinearModel:
         high: float = math.inf,
     ) -> None:
         """Demand low <= sum of coefficient times variable <= high."""
+        if self._check is not None:
+            self._check()
         sums: dict[Any, float] = {}
         for variable, coefficient in parts:
             sums[variable] = sums.get(variable, 0.0) + coefficient
@@ -68,4 +78,12 @@ class LinearModel:
         sums: dict[Any, float] = {}
         for variable, cost in self._costs:
             sums[variable] = sums.get(variable, 0.0) + cost
-        self.problem += pulp.LpAffineExpression(sums)
+        largest = max(sums.values(), default=0.0)
+        if 0 < largest < 1:
+            self.factor = 2.0 ** math.ceil(-math.log2(largest))
+        scaled = {variable: cost * self.factor for variable, cost in sums.items()}
+        self.problem += pulp.LpAffineExpression(scaled)
+
+    def cost_of(self, value: float) -> float:
+        """Return the cost that a value of the solver's objective stands for."""
+        return value / self.factor + self.constant

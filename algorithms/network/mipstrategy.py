@@ -50,7 +50,7 @@ def mip_bound(run: Incumbent, index: Structure, solver: str = "highs", *, flow: 
     str
         Status of the solver; without `flow` "infeasible" is all that means something.
     """
-    model = flow_model(index, flow=flow)
+    model = flow_model(index, flow=flow, check=run.wanted_beside())
 
     def enough() -> bool:
         return run.finished.is_set() or run.deadline.passed()
@@ -58,7 +58,7 @@ def mip_bound(run: Incumbent, index: Structure, solver: str = "highs", *, flow: 
     if solver == "highs" and len(index.edges) > LARGE:
         relaxed = relaxation_bound(model.linear, time_limit=run.deadline.left, cancelled=enough)
         run.raise_bound(relaxed)
-        model = flow_model(index, flow=flow)
+        model = flow_model(index, flow=flow, check=run.wanted_beside())
 
     def take(values: dict[str, float]) -> None:
         if flow:
@@ -109,7 +109,7 @@ def solve_by_mip(run: Incumbent, index: Structure, seed: int, solver: str) -> bo
 def _improve(run: Incumbent, index: Structure, seed: int, solver: str) -> None:
     """Solve windows of the best design until the run is to stop."""
     rng = np.random.default_rng(seed)
-    windows = Windows(index)
+    windows = Windows(index, run.wanted())
     centres = [v for v, mine in enumerate(index.incident) if mine]
     size, failures = 0, 0
     while run.best is not None and not run.enough():
@@ -117,7 +117,7 @@ def _improve(run: Incumbent, index: Structure, seed: int, solver: str) -> None:
         centre = centres[int(rng.integers(len(centres)))]
         free = set(windows.around(centre, RADII[size]))
         fixed = {e: bool(best[e]) for e in index.edges if e not in free}
-        model = flow_model(index, fixed=fixed)
+        model = flow_model(index, fixed=fixed, check=run.wanted())
         result = solve_mip(
             model.linear,
             time_limit=min(WINDOW_SECONDS, run.deadline.left),

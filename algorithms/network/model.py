@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any, Optional
 
@@ -58,6 +58,7 @@ def flow_model(
     cuts: bool = True,
     flow: bool = True,
     fixed: Optional[dict[int, bool]] = None,
+    check: Optional[Callable[[], None]] = None,
 ) -> NetworkModel:
     """Build the flow model.
 
@@ -71,12 +72,14 @@ def flow_model(
         Demand connection to sinks and count distances. Without it the model is a relaxation.
     fixed
         Edges that are decided already, for instance outside a window.
+    check
+        Called often while the model is built; may raise an error to end that.
 
     Returns
     -------
     NetworkModel
     """
-    model = start_model(index)
+    model = start_model(index, check)
     linear = model.linear
     for v in index.free:
         xs = [(model.edge[e], 1.0) for e in index.incident[v]]
@@ -94,16 +97,16 @@ def flow_model(
     for e, value in (fixed or {}).items():
         linear.row([(model.edge[e], 1.0)], low=float(value), high=float(value))
     if cuts:
-        _add_cuts(model)
+        _add_cuts(model, check)
     if flow:
         _add_flow(model)
     linear.finish()
     return model
 
 
-def start_model(index: Structure) -> NetworkModel:
+def start_model(index: Structure, check: Optional[Callable[[], None]] = None) -> NetworkModel:
     """Return a model with edges, vertices, length costs and required edges only."""
-    model = NetworkModel(index, LinearModel("network"))
+    model = NetworkModel(index, LinearModel("network", check))
     model.linear.constant = index.fixed
     for e in index.edges:
         model.edge[e] = model.linear.binary(index.cost[e])
@@ -136,9 +139,9 @@ def add_cover(model: NetworkModel) -> None:
         model.linear.row(row, low=1.0)
 
 
-def _add_cuts(model: NetworkModel) -> None:
+def _add_cuts(model: NetworkModel, check: Optional[Callable[[], None]]) -> None:
     """Add the ball-exit inequalities."""
-    for cut in ball_cuts(model.index):
+    for cut in ball_cuts(model.index, check):
         row = [(model.edge[e], float(cut.weight)) for e in cut.exits]
         row += [(model.edge[e], 1.0) for e in cut.inside]
         if cut.ring:

@@ -6,7 +6,7 @@ from typing import Optional
 
 import numpy as np
 
-from ..errors import InfeasibleError
+from ..errors import CancelledError, InfeasibleError
 from ..progress import Deadline, Progress
 from . import ortools_access
 from .conflicts import explain
@@ -94,9 +94,15 @@ def _uses_cp(solver: str) -> bool:
 
 def _search(run: Incumbent, index: Structure, seed: int, solver: str, by_cp: bool) -> bool:
     """Run the strategy of a solver; return False if there is no valid design."""
-    if by_cp:
-        return solve_by_cp(run, index, seed)
-    return solve_by_mip(run, index, seed, "highs" if solver == "auto" else solver)
+    try:
+        if by_cp:
+            return solve_by_cp(run, index, seed)
+        return solve_by_mip(run, index, seed, "highs" if solver == "auto" else solver)
+    except CancelledError:
+        # while a model was being built
+        if run.best is None:
+            raise no_design_yet(run) from None
+        return True
 
 
 def _why(problem: NetworkProblem, by_cp: bool, progress: Optional[Progress]) -> str:

@@ -17,7 +17,9 @@ from .linear import LinearModel
 #: Seconds between two looks at whether a running solve should stop.
 POLL = 0.1
 #: Seconds that HiGHS gets to notice that it should stop; then it is left to itself.
-GRACE = 0.5
+GRACE = 0.3
+#: Seconds that any other solver gets after its time limit, among others to start and to write.
+OVERTIME = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +101,7 @@ def solve_mip(
         solver; HiGHS only.
     cancelled
         Asked about ten times a second; true ends HiGHS, which keeps its incumbent. Other
-        solvers run on until their time limit.
+        solvers are left behind without an answer and run on until their time limit.
 
     Returns
     -------
@@ -113,7 +115,7 @@ def solve_mip(
     check_solver(solver)
     if solver == "highs":
         return _solve_highs(model, time_limit, gap, threads, on_incumbent, on_bound, cancelled)
-    return _solve_other(model, time_limit, gap, solver, start)
+    return _solve_other(model, time_limit, gap, solver, start, cancelled)
 
 
 def _solve_other(
@@ -122,8 +124,9 @@ def _solve_other(
     gap: float,
     solver: str,
     start: Optional[dict[Any, float]],
+    cancelled: Optional[Callable[[], bool]],
 ) -> MipResult:
-    """Run any other solver of PuLP."""
+    """Run any other solver of PuLP, in a thread that may be left behind."""
     options: dict[str, Any] = {"msg": False, "timeLimit": max(1.0, time_limit), "gapRel": gap}
     if start is not None:
         for variable, first in start.items():
@@ -134,12 +137,30 @@ def _solve_other(
     except TypeError:  # not every solver of PuLP takes every option
         options.pop("warmStart", None)
         found = pulp.getSolver(solver, msg=False, timeLimit=options["timeLimit"])
-    try:
-        model.problem.solve(found)
-    except pulp.PulpSolverError as error:
+    failure: list[BaseException] = []
+
+    def work() -> None:
+        try:
+            model.problem.solve(found)
+        except BaseException as error:
+            failure.append(error)
+
+    # a daemon: it only waits for a program of its own, which nothing here can end
+    thread = threading.Thread(target=work, name=solver, daemon=True)
+    thread.start()
+    end = time.monotonic() + options["timeLimit"] + OVERTIME
+    while thread.is_alive():
+        thread.join(POLL)
+        if time.monotonic() > end or (cancelled is not None and cancelled()):
+            break
+    if failure and isinstance(failure[0], pulp.PulpSolverError):
         raise InputError(
-            f"The solver '{solver}' failed: {error}.", "Choose the solver 'highs'."
-        ) from error
+            f"The solver '{solver}' failed: {failure[0]}.", "Choose the solver 'highs'."
+        ) from failure[0]
+    if failure:
+        raise failure[0]
+    if thread.is_alive():
+        return MipResult("unknown", -math.inf)
     status = _status(model.problem)
     if status not in ("optimal", "feasible"):
         return MipResult(status, -math.inf)
@@ -147,7 +168,7 @@ def _solve_other(
     # PuLP does not hand bounds on; an optimum without a gap is one
     bound = -math.inf
     if status == "optimal" and gap == 0:
-        bound = float(pulp.value(model.problem.objective) or 0.0) + model.constant
+        bound = model.cost_of(float(pulp.value(model.problem.objective) or 0.0))
     return MipResult(status, bound, values)
 
 
@@ -191,7 +212,7 @@ def relaxation_bound(
     if model.problem.status != pulp.LpStatusOptimal or watch.stop.is_set():
         return -math.inf
     value = float(model.problem.solverModel.getObjectiveValue())
-    return value - 1e-6 * (1.0 + abs(value)) + model.constant
+    return model.cost_of(value - 1e-6 * (1.0 + abs(value)))
 
 
 def _status(problem: Any) -> str:
@@ -219,6 +240,7 @@ def _solve_highs(
         msg=False,
         timeLimit=max(0.05, time_limit),
         gapRel=gap,
+        gapAbs=0.0,
         threads=threads,
         callbackTuple=(watch.note, None),
         callbacksToActivate=[kinds.kCallbackMipInterrupt, kinds.kCallbackMipImprovingSolution],
@@ -278,7 +300,7 @@ class _Watch:
         on_incumbent: Optional[Callable[[dict[str, float]], None]],
         on_bound: Optional[Callable[[float], None]],
     ) -> None:
-        self.constant = model.constant
+        self.model = model
         self.kinds = kinds
         self.on_incumbent = on_incumbent
         self.on_bound = on_bound
@@ -302,7 +324,7 @@ class _Watch:
         if self.bound < out.mip_dual_bound < 1e20:
             self.bound = out.mip_dual_bound
             if self.on_bound is not None:
-                self.on_bound(self.bound + self.constant)
+                self.on_bound(self.model.cost_of(self.bound))
 
     def result(self, status: str) -> MipResult:
         """Return what was found."""
@@ -314,4 +336,4 @@ class _Watch:
         if status == "optimal" and self.stop.is_set():
             status = "feasible"
         values = None if self.values is None else dict(zip(self.names, self.values))
-        return MipResult(status, self.bound + self.constant, values)
+        return MipResult(status, self.model.cost_of(self.bound), values)

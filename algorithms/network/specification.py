@@ -115,12 +115,12 @@ class Specification:
             value = getattr(self, name)
             if value is not None and not value >= 0:
                 raise InputError(f"{name} must not be negative.", "Give 0 or more.")
-        if self.coverage is not None and self.coverage_unit == "edges":
-            if self.coverage < 1 or self.coverage != int(self.coverage):
-                raise InputError(
-                    f"A coverage of {self.coverage:g} edges is not possible.",
-                    "Give a whole number of edges, 1 or more, or a range in metres.",
-                )
+        in_edges = self.coverage is not None and self.coverage_unit == "edges"
+        if in_edges and self.coverage is not None and not _whole(self.coverage):
+            raise InputError(
+                f"A coverage of {self.coverage:g} edges is not possible.",
+                "Give a whole number of edges, 1 or more, or a range in metres.",
+            )
         if self.levels not in (1, 2):
             raise InputError("levels must be 1 or 2.", "Choose 1 or 2 street levels.")
 
@@ -152,3 +152,8 @@ class Specification:
             )
         fields: dict[str, Any] = {k: FORBID if v == "forbid" else v for k, v in values.items()}
         return cls(**fields)
+
+
+def _whole(number: float) -> bool:
+    """Tell whether a number is whole and at least 1."""
+    return number >= 1 and math.isfinite(number) and number == int(number)

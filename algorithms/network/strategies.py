@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 from typing import Optional
 
 import numpy as np
@@ -46,7 +47,7 @@ def first_start(run: Incumbent, index: Structure, seed: int) -> bool:
     """Let CP-SAT find any valid design; return False if it proves that there is none."""
     if not index.edges:
         return run.take(np.zeros(len(index.ends), dtype=bool))
-    network = full_network(index, cuts=[], ranks=True)
+    network = full_network(index, cuts=[], ranks=True, check=run.wanted())
     if index.problem.weight_length == 0:
         # short networks are found sooner than any
         for x in network.edge.values():
@@ -76,7 +77,7 @@ def first_start(run: Incumbent, index: Structure, seed: int) -> bool:
 
 def whole_problem(run: Incumbent, index: Structure, seed: int, effort: Optional[float]) -> str:
     """Solve the whole problem by CP-SAT; return its status."""
-    network = _bounded(run, index)
+    network = _bounded(run, index, run.wanted())
     # a full linear relaxation: on plans of cells as wide as blocks forty times as fast
     options = CpOptions(run.deadline.left, effort=effort, seed=seed, linearization=2)
     # the caller's thread may report only from its own thread, so solutions come at the end
@@ -88,13 +89,13 @@ def whole_problem(run: Incumbent, index: Structure, seed: int, effort: Optional[
     return result.status
 
 
-def _bounded(run: Incumbent, index: Structure) -> CpNetwork:
+def _bounded(run: Incumbent, index: Structure, check: Callable[[], None]) -> CpNetwork:
     """Build the whole model with what the best design implies."""
     weight = index.problem.weight_distance
     limit = None
     if run.best is not None and weight > 0:
         limit = run.value / weight
-    return full_network(index, start=run.best, distance_limit=limit)
+    return full_network(index, start=run.best, distance_limit=limit, check=check)
 
 
 def bound_beside(run: Incumbent, index: Structure, seed: int) -> None:
@@ -109,7 +110,7 @@ def bound_beside(run: Incumbent, index: Structure, seed: int) -> None:
 
 def cp_bound(run: Incumbent, index: Structure, seed: int) -> None:
     """Prove a bound of the whole problem by CP-SAT, until the run is finished."""
-    network = _bounded(run, index)
+    network = _bounded(run, index, run.wanted_beside())
     options = CpOptions(run.deadline.left, seed=seed + 1, linearization=2)
     result = run_cp(network, options, stop=run.finished.is_set, on_bound=run.raise_bound)
     run.raise_bound(result.bound)
@@ -126,7 +127,7 @@ def window_search(run: Incumbent, index: Structure, seed: int) -> None:
     """
     if run.best is None or not index.edges:
         return
-    windows = Windows(index)
+    windows = Windows(index, run.wanted())
     rng = np.random.default_rng(seed)
     efforts = itertools.cycle(EFFORTS)
     starts = itertools.cycle((run.best, None))

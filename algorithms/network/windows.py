@@ -34,15 +34,18 @@ class Windows:
         The problem.
     cuts
         Ball-exit inequalities.
+    check
+        Called often while models are built; may raise an error to end that.
     """
 
     index: Structure
+    check: Optional[Callable[[], None]] = None
     cuts: list[BallCut] = field(init=False)
 
     def __post_init__(self) -> None:
         """Index terms, coverage and cuts by edge and vertex."""
         index = self.index
-        self.cuts = ball_cuts(index)
+        self.cuts = ball_cuts(index, self.check)
         self._terms: dict[int, list[int]] = defaultdict(list)
         for i, term in enumerate(index.terms):
             for e in {e for on, off in term.alternatives for e in on + off}:
@@ -78,7 +81,7 @@ class Windows:
         index = self.index
         fixed = active.copy()
         fixed[free] = False
-        network = CpNetwork(index, free, fixed, finest=WINDOW_FINEST)
+        network = CpNetwork(index, free, fixed, finest=WINDOW_FINEST, check=self.check)
         network.add_terms(self._touching(self._terms, free, index.terms))
         network.add_cover(self._touching(self._cover, network.vertices, index.cover))
         network.add_cuts(self._touching(self._cuts, free, self.cuts))

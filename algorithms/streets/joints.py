@@ -16,14 +16,12 @@ from ..site.carry import carry_to_centre_line
 from .adopt import existing_lines
 from .align import Alignment
 from .blocks import reach_edge
-from .survey import Ground
+from .survey import CARRY, Ground
 
 #: Points nearer than this are one (metres).
 TOUCHING = 0.05
 #: A street nearer than this to the end of a new one is met in any case (metres).
 NEAR = 12.0
-#: A street is carried on over at most this many times the snap distance.
-CARRY = 1.5
 
 
 def trim_ends(ground: Ground, level: IntArray, alignment: Alignment) -> Alignment:

@@ -54,6 +54,17 @@ PLANNER = {
 }
 
 
+@dataclass(frozen=True, eq=False)
+class _Streets:
+    """Which edges and vertices of a level are streets, may be, must be, and lead out."""
+
+    existing: BoolArray
+    candidate: BoolArray
+    required: BoolArray
+    sinks: BoolArray
+    active: BoolArray
+
+
 def level_problem(
     ground: Ground, spec: Specification, level: int, above: BoolArray
 ) -> NetworkProblem:
@@ -81,23 +92,16 @@ def level_problem(
     candidate |= required
     active = np.zeros(len(mesh.vertices), dtype=np.bool_)
     active[mesh.edges[existing].ravel()] = True
+    streets = _Streets(existing, candidate, required, sinks, active)
     if spec.rules == "paper":
-        return _paper(ground, spec, level, existing, candidate, required, sinks, active)
-    return _planner(ground, spec, level, existing, candidate, required, sinks, active)
+        return _paper(ground, spec, level, streets)
+    return _planner(ground, spec, level, streets)
 
 
-def _planner(
-    ground: Ground,
-    spec: Specification,
-    level: int,
-    existing: BoolArray,
-    candidate: BoolArray,
-    required: BoolArray,
-    sinks: BoolArray,
-    active: BoolArray,
-) -> NetworkProblem:
+def _planner(ground: Ground, spec: Specification, level: int, streets: _Streets) -> NetworkProblem:
     """Apply the planner's rules on a mesh whose cells are as wide as a block."""
     mesh, weights = ground.mesh, PLANNER[level]
+    existing, candidate = streets.existing, streets.candidate
     usable = existing | candidate
     final = level == LOCAL or spec.levels == 1
     patterns = rules.straightness(
@@ -122,11 +126,7 @@ def _planner(
     return _problem(
         ground,
         spec,
-        existing=existing,
-        candidate=candidate,
-        required=required,
-        sinks=sinks,
-        active=active,
+        streets,
         cover_radius=1.0 if spec.coverage is None else spec.coverage,
         cover_penalty=weights.cover_penalty,
         too_close=weights.too_close if spec.too_close is None else spec.too_close,
@@ -150,7 +150,7 @@ def _block_clauses(
     clauses += rules.block_width_corners(
         mesh,
         usable,
-        ground.barred & ~usable,
+        ground.closed & ~usable,
         spec.block_width,
         weights.width_penalty,
         ground.green_faces,
@@ -158,16 +158,7 @@ def _block_clauses(
     return clauses
 
 
-def _paper(
-    ground: Ground,
-    spec: Specification,
-    level: int,
-    existing: BoolArray,
-    candidate: BoolArray,
-    required: BoolArray,
-    sinks: BoolArray,
-    active: BoolArray,
-) -> NetworkProblem:
+def _paper(ground: Ground, spec: Specification, level: int, streets: _Streets) -> NetworkProblem:
     """Apply the rules of CND section 4: coverage, local rules, length and distance."""
     radius = spec.coverage
     if radius is None:
@@ -175,11 +166,7 @@ def _paper(
     return _problem(
         ground,
         spec,
-        existing=existing,
-        candidate=candidate,
-        required=required,
-        sinks=sinks,
-        active=active,
+        streets,
         cover_radius=radius,
         cover_penalty=100.0,
         too_close=FORBID if spec.too_close is None else spec.too_close,
@@ -192,12 +179,8 @@ def _paper(
 def _problem(
     ground: Ground,
     spec: Specification,
+    streets: _Streets,
     *,
-    existing: BoolArray,
-    candidate: BoolArray,
-    required: BoolArray,
-    sinks: BoolArray,
-    active: BoolArray,
     cover_radius: float,
     cover_penalty: float,
     too_close: float,
@@ -209,22 +192,22 @@ def _problem(
     mesh = ground.mesh
     metric = spec.coverage_unit == "metres" and spec.coverage is not None
     able = np.zeros(len(mesh.vertices), dtype=np.bool_)
-    able[mesh.edges[candidate].ravel()] = True
+    able[mesh.edges[streets.candidate].ravel()] = True
     balls = rules.coverage_balls(
         mesh,
         needs_cover(ground),
-        active,
+        streets.active,
         edges=None if metric else round(cover_radius),
         metres=cover_radius if metric else None,
     )
     cover = {v: tuple(u for u in ball if able[u]) for v, ball in balls.items()}
     return NetworkProblem(
         mesh=mesh,
-        existing=existing,
-        candidate=candidate,
-        sinks=sinks,
+        existing=streets.existing,
+        candidate=streets.candidate,
+        sinks=streets.sinks,
         length=mesh.lengths / mesh.edge_length,
-        required=required,
+        required=streets.required,
         edge_factor=np.ones(len(mesh.edges)),
         weight_length=spec.weight_length,
         weight_distance=spec.weight_distance,

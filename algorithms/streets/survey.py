@@ -18,6 +18,8 @@ from ..site.types import AccessPoint, Site
 from .adopt import existing_lines, right_of_way
 from .wishes import TOUCH, Wishes, nearest_vertex, required_edges, sink_vertex
 
+#: A street is carried on to a centre line over at most this many times the snap distance.
+CARRY = 1.5
 #: A new street this near to an existing one runs beside it (metres).
 BESIDE = 8.0
 #: Length of an edge on foreign ground that is let pass (metres), and at its end on the
@@ -48,6 +50,9 @@ class Ground:
         Faces that lie mostly on obstacles: they need no street.
     forbidden
         Where the planner wants no street, besides obstacles; may be empty.
+    closed
+        Shape (e,). Edges at which a block may end without a street: walls, obstacles, foreign
+        ground and forbidden places, but not the edges that would only lead to a wall.
     """
 
     site: Site
@@ -59,6 +64,7 @@ class Ground:
     arrivals: dict[int, AccessPoint]
     green_faces: frozenset[int]
     forbidden: shapely.Geometry
+    closed: BoolArray
 
     @property
     def free(self) -> BoolArray:
@@ -138,10 +144,12 @@ def survey(
     # a forbidden line has no width: to cross it at all is too much
     blocked = _overlaps(mesh, site.obstacle_union, TOUCH) | _overlaps(mesh, forbidden, 0.0)
     barred = (_foreign(site, mesh) | blocked) & ~street
-    barred |= (mesh.boundary_edges | _to_walls(mesh, street)) & ~street
+    closed = (barred | mesh.boundary_edges) & ~street
+    arrivals = {v: attracted[i] for v, i in mesh.attracted.items() if i < len(attracted)}
+    ends = _street_ends(site, mesh, spec, street, arrivals)
+    barred = closed | (_to_walls(mesh, ends) & ~street)
     if adopted is not None and adopted.any():
         barred |= _beside_streets(site, mesh) & ~street
-    arrivals = {v: attracted[i] for v, i in mesh.attracted.items() if i < len(attracted)}
     required = required_edges(site, mesh, barred | mesh.boundary_edges, wishes)
     sinks = _sinks(site, mesh, spec, street, arrivals, wishes)
     return Ground(
@@ -154,6 +162,7 @@ def survey(
         arrivals,
         _green_faces(mesh, site),
         forbidden,
+        closed,
     )
 
 
@@ -194,11 +203,27 @@ def _foreign(site: Site, mesh: QuadMesh) -> BoolArray:
     return mark
 
 
-def _to_walls(mesh: QuadMesh, street: BoolArray) -> BoolArray:
-    """Mark inner edges that end at the outline where no street is: they would lead nowhere."""
+def _street_ends(
+    site: Site,
+    mesh: QuadMesh,
+    spec: Specification,
+    street: BoolArray,
+    arrivals: dict[int, AccessPoint],
+) -> BoolArray:
+    """Mark the vertices where a new street may end: on a street, and near its centre line."""
     on_street = np.zeros(len(mesh.vertices), dtype=np.bool_)
     on_street[mesh.edges[street].ravel()] = True
-    wall = mesh.boundary_vertices & ~on_street
+    beside = existing_lines(site)
+    if not beside.is_empty and spec.sink_mode != "boundary":
+        gap = shapely.distance(shapely.points(mesh.vertices), beside)
+        on_street &= gap <= CARRY * site.snap_distance
+    on_street[list(arrivals)] = True
+    return on_street
+
+
+def _to_walls(mesh: QuadMesh, ends: BoolArray) -> BoolArray:
+    """Mark inner edges that end at the outline where no street is: they would lead nowhere."""
+    wall = mesh.boundary_vertices & ~ends
     return np.asarray(wall[mesh.edges].any(axis=1) & ~mesh.boundary_edges)
 
 

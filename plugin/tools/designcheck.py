@@ -46,7 +46,7 @@ def check_design(
             found["streets"].set_index("street_id", drop=False),
             site=around["site"],
             obstacles=around["site_obstacles"],
-            boundary_streets=around["boundary_streets"] if asked.sink_mode == "streets" else None,
+            boundary_streets=_edge_streets(around, asked.sink_mode),
             snap_distance=plan.plans[0].site.snap_distance,
             sinks=_exits(plan, wishes),
             required=given["REQUIRED"],
@@ -62,6 +62,15 @@ def check_design(
     except CancelledError:
         progress.warn("The streets were not checked, because the run was stopped before.")
         return None
+
+
+def _edge_streets(around: dict[str, Any], mode: str) -> Any:
+    """Return the streets along the edge of the sites; where none is given the edge is one."""
+    if mode != "boundary" and len(around["boundary_streets"]):
+        return around["boundary_streets"]
+    outline = around["site"].copy()
+    outline.geometry = outline.boundary
+    return outline
 
 
 def _prices(asked: Any) -> dict[str, float]:

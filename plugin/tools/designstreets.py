@@ -154,9 +154,9 @@ class DesignStreets(Tool):
         if plan.stopped == "cancelled":
             gap = plan.numbers["ACHIEVED_GAP"]
             progress.warn(
-                f"Cancelled: the best design so far is kept. Its gap is {100 * gap:.1f} %: so far "
-                "are the programs that were solved from their proven bounds. What was not "
-                "reached has no streets yet."
+                f"Cancelled: the best design so far is kept. Its gap is {100 * gap:.1f} %, the "
+                "distance of what was solved from its proven bound. Places that the search did "
+                "not reach have no streets yet."
             )
         found = plan_layers(plan)
         progress.stage("Checking the streets", 0.98)

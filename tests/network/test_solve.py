@@ -5,6 +5,7 @@ import dataclasses
 import math
 import sys
 import time
+import warnings
 
 import numpy as np
 import pytest
@@ -12,13 +13,18 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from platwright.errors import CancelledError, InfeasibleError, InputError, MissingDependencyError
 from platwright.mesh.grids import grid
-from platwright.network import ortools_access
+from platwright.network import mipstrategy, ortools_access, strategies
+from platwright.network.cpsat import full_network
 from platwright.network.evaluate import Evaluator
 from platwright.network.examples import PAPER_MESHES, paper_problem
+from platwright.network.incumbent import Incumbent
+from platwright.network.model import flow_model
 from platwright.network.problem import Clause
 from platwright.network.solve import solve
+from platwright.network.solvers import relaxation_bound, solve_mip, solver_names
+from platwright.network.structure import structure
 from platwright.network.validation import check_design, design_cost, design_distances
-from platwright.progress import Silent
+from platwright.progress import Deadline, Silent
 
 
 class Recorder(Silent):
@@ -104,6 +110,94 @@ def test_cancelling_takes_less_than_a_second_and_keeps_the_design(rules, solver)
     assert progress.states[-1].incumbent == pytest.approx(design.objective)
 
 
+def test_cancelling_does_not_wait_for_other_solvers():
+    others = [name for name in solver_names() if name.startswith("PULP")]
+    if not others:
+        pytest.skip("PuLP brings no other solver here")
+    problem = paper_problem(grid(14, 14))
+    progress = Recorder(cancel_after=2.0)
+    design = solve(problem, time_limit=20.0, solver=others[0], progress=progress)
+    assert time.monotonic() - progress.end < 1.0
+    assert design.stopped == "cancelled"
+    check(problem, design)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("distance", [0.0, 0.5])
+@pytest.mark.parametrize("solver", ["cpsat", "highs"])
+@pytest.mark.parametrize("after", [1.5, 4.0])
+def test_cancelling_a_large_problem_takes_less_than_a_second(distance, solver, after):
+    problem = paper_problem(grid(45, 45), weight_distance=distance)
+    progress = Recorder(cancel_after=after)
+    design = solve(problem, time_limit=60.0, solver=solver, progress=progress)
+    assert time.monotonic() - progress.end < 1.0
+    assert design.stopped == "cancelled"
+
+
+def test_building_a_model_ends_once_the_run_is_cancelled():
+    problem = paper_problem(grid(9, 9), "inner", weight_distance=0.5)
+    index = structure(problem)
+    progress = Recorder(cancel_after=0.0)
+    run = Incumbent(Evaluator(problem), Deadline(9.0, progress), progress=progress)
+    for build in (full_network, flow_model):
+        with pytest.raises(CancelledError):
+            build(index, check=run.wanted())
+        run.finished.set()
+        with pytest.raises(CancelledError):
+            build(index, check=run.wanted_beside())
+
+
+class Warned(Silent):
+    """Keeps warnings."""
+
+    def __init__(self):
+        self.warnings = []
+
+    def warn(self, text):
+        self.warnings.append(text)
+
+
+@pytest.fixture
+def failing_bound(monkeypatch):
+    """Let the thread that proves bounds fail."""
+
+    def fail(*_, **__):
+        raise MemoryError("no room for the proof")
+
+    monkeypatch.setattr(strategies, "bound_beside", fail)
+    monkeypatch.setattr(mipstrategy, "mip_bound", fail)
+
+
+@pytest.mark.usefixtures("failing_bound")
+@pytest.mark.parametrize("solver", ["cpsat", "highs"])
+def test_a_failing_bound_keeps_the_design_and_warns(solver):
+    problem = paper_problem(PAPER_MESHES[535]())
+    progress = Warned()
+    design = solve(problem, time_limit=2.0, solver=solver, progress=progress)
+    check(problem, design)
+    assert len(progress.warnings) == 1
+    assert "no room for the proof" in progress.warnings[0]
+
+
+@pytest.mark.usefixtures("failing_bound")
+def test_a_failing_bound_without_a_design_raises():
+    problem = paper_problem(grid(5, 5), "one sink")
+    with pytest.raises(MemoryError, match="no room"):
+        solve(problem, time_limit=2.0, solver="highs")
+
+
+@pytest.mark.parametrize("solver", ["cpsat", "highs", "PULP_CBC_CMD"])
+def test_no_warning_reaches_the_log(solver):
+    if solver not in ("cpsat", *solver_names()):
+        pytest.skip(f"no solver {solver} here")
+    problem = paper_problem(grid(5, 5), weight_distance=0.5)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        solve(problem, time_limit=2.0, solver=solver)
+        solve_mip(flow_model(structure(problem)).linear, time_limit=5.0)
+        relaxation_bound(flow_model(structure(problem)).linear, time_limit=5.0)
+
+
 def test_cancelling_before_a_design_raises():
     problem = paper_problem(grid(24, 24), "inner")
     with pytest.raises(CancelledError, match="before a first design"):
@@ -187,8 +281,6 @@ def test_unknown_solver_names_the_known_ones():
 
 
 def test_a_solver_that_pulp_brings_along():
-    from platwright.network.solvers import solver_names
-
     others = [name for name in solver_names() if name.startswith("PULP")]
     if not others:
         pytest.skip("PuLP brings no other solver here")

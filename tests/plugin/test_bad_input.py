@@ -339,6 +339,19 @@ def test_a_folder_without_permission_is_refused(toolbox):
         run(toolbox, "designstreets", INPUT=site(), STREETS="/proc/streets.gpkg")
 
 
+def test_a_folder_that_may_not_even_be_looked_at_is_refused(toolbox, monkeypatch):
+    look = Path.is_dir
+
+    def forbidden(path):
+        if path.name == "away":
+            raise PermissionError(13, "Permission denied", str(path))
+        return look(path)
+
+    monkeypatch.setattr(Path, "is_dir", forbidden)
+    with pytest.raises(RefusedError, match=r"cannot be written .Permission denied"):
+        run(toolbox, "designstreets", INPUT=site(), STREETS="/shut/away/streets.gpkg")
+
+
 @pytest.mark.skipif(os.name == "posix" and os.geteuid() == 0, reason="root may write anything")
 def test_a_read_only_file_is_refused(toolbox, tmp_path: Path):
     path = tmp_path / "streets.gpkg"
@@ -379,6 +392,22 @@ def test_where_one_output_fails_none_is_kept(toolbox, tmp_path: Path):
             BLOCKS=f"postgres:dbname='nobody' host=127.0.0.1 port=1 table=\"b\" ({blocks.stem})",
         )
     assert not streets.exists()
+
+
+@pytest.mark.parametrize("error", [KeyError, KeyboardInterrupt, OSError])
+def test_whatever_fails_while_writing_nothing_is_left(
+    toolbox, package, monkeypatch, tmp_path: Path, error
+):
+    writer = package("plugin.outputs").Writer
+
+    def fail(*_):
+        raise error
+
+    monkeypatch.setattr(writer, "_dress", fail)
+    shapes, tables = tmp_path / "s.shp", tmp_path / "b.gpkg"
+    with pytest.raises((FailedError, error)):
+        toolbox.run("preparesite", INPUT=site(), SITE=str(shapes), BOUNDARY_STREETS=str(tables))
+    assert list(tmp_path.iterdir()) == []
 
 
 # Inside a model nobody checks before the run
