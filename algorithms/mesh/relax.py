@@ -160,7 +160,10 @@ class _State:
         a, b = v[s.after] - here, v[s.before] - here
         det = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
         root = np.sqrt(det * det + epsilon * epsilon)
-        chi = (det + root) / 2
+        # the same as (det + root) / 2, without its cancellation for badly inverted corners
+        chi = np.where(
+            det > 0, (det + root) / 2, epsilon * epsilon / (2 * (root - np.minimum(det, 0)))
+        )
         shape = (a * a).sum(axis=1) + (b * b).sum(axis=1)
         value = (shape + AREA * (det * det + 1)) / (2 * chi)
         by_det = AREA * det / chi - value / chi * (1 + det / root) / 2

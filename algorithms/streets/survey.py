@@ -283,7 +283,7 @@ def _sinks(
         mark[list(arrivals)] = True
         for point in site.access_points:
             near = nearest_vertex(mesh, on_street, point.xy)  # type: ignore[arg-type]
-            if math.dist(mesh.vertices[near], point.xy) < 0.5 * mesh.edge_length:
+            if math.dist(mesh.vertices[near], point.xy) <= 0.6 * mesh.edge_length:
                 mark[near] = True
         remedy = "Give a road layer whose streets reach the site, or choose another sink mode."
     else:
