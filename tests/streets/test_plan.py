@@ -166,6 +166,7 @@ class CancelAfter(Silent):
         return self.left < 0
 
 
+@pytest.mark.slow
 def test_a_cancelled_run_says_so_and_keeps_what_it_has():
     sites = [
         make_site(shapely.box(0, 0, 600, 500)),
