@@ -13,6 +13,7 @@ from shapely.ops import substring
 
 from ..network.problem import FloatArray, IntArray
 from ..site.carry import carry_to_centre_line
+from ..site.types import Site
 from .adopt import existing_lines
 from .align import Alignment
 from .blocks import reach_edge
@@ -20,6 +21,8 @@ from .survey import CARRY, Ground
 
 #: Points nearer than this are one (metres).
 TOUCHING = 0.05
+#: An end that misses the edge of the site by no more than this is put onto it (metres).
+HAIR = 0.2
 #: A street nearer than this to the end of a new one is met in any case (metres).
 NEAR = 12.0
 
@@ -46,9 +49,24 @@ def trim_ends(ground: Ground, level: IntArray, alignment: Alignment) -> Alignmen
             ahead = _crossings(line, site.polygon.boundary)[-1:]
         if ahead and ahead[0] < line.length - TOUCHING:
             kept = shapely.get_coordinates(substring(line, 0.0, ahead[0]))
-            lines[e] = kept if forward else kept[::-1]
-            positions[v] = kept[-1]
+        else:
+            kept = _on_edge(site, shapely.get_coordinates(line))
+        lines[e] = kept if forward else kept[::-1]
+        positions[v] = kept[-1]
     return dataclasses.replace(alignment, lines=lines, positions=positions)
+
+
+def _on_edge(site: Site, line: FloatArray) -> FloatArray:
+    """Put the end of a street that misses the edge of the site by a hair onto it.
+
+    Blocks that others polygonize from the layer would otherwise run together there.
+    """
+    edge = site.polygon.boundary
+    here = shapely.Point(line[-1])
+    if not 0 < here.distance(edge) <= HAIR:
+        return line
+    foot = edge.interpolate(edge.project(here))
+    return np.vstack([line[:-1], [(foot.x, foot.y)]])
 
 
 def _crossings(line: LineString, other: shapely.Geometry) -> list[float]:

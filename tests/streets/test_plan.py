@@ -9,7 +9,7 @@ import shapely
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from platwright.errors import CancelledError, InputError
-from platwright.measure import validate_network
+from platwright.measure import measure_plan, validate_network
 from platwright.network.specification import FORBID, Specification
 from platwright.network.validation import check_design
 from platwright.progress import Silent
@@ -214,6 +214,15 @@ def test_allowed_dead_ends_are_culs_de_sac(field):
             xy for xy in (s.line.coords[0], s.line.coords[-1]) if ends.count(xy) == 1 and xy[1] > 1
         ]
         assert (s.level == 4) == bool(blind)
+
+
+def test_the_written_streets_cut_the_same_blocks_as_the_plan():
+    # slanted sides: vertices of the mesh miss the edge by rounding
+    site = make_site(shapely.Polygon([(0, 0), (411.3, 37.7), (389.1, 318.9), (-23.7, 291.3)]))
+    design = design_streets([site], Specification())
+    ground = gpd.GeoDataFrame(geometry=[site.polygon], crs=UTM)
+    measured = measure_plan(plan_layers(design)["streets"], ground)
+    assert measured.blocks == len(design.plans[0].blocks)
 
 
 def test_blocks_are_cut_by_a_kept_street():
