@@ -145,8 +145,8 @@ def _draw_site(axis, own, roads: gpd.GeoDataFrame, width: float) -> None:
     for segment in sorted(own.segments, key=lambda s: -s.level):
         thick = segment.level == 2
         axis.plot(*segment.line.xy, c="#d7191c" if thick else "#2b7bba", lw=3 if thick else 1.8)
-    for line in own.connectors.values():
-        axis.plot(*line.xy, c="#8856a7", lw=1.5)
+    for joint in own.connectors:
+        axis.plot(*joint.line.xy, c="#8856a7", lw=1.5)
     for ring in (own.site.polygon.exterior, *own.site.polygon.interiors):
         axis.plot(*ring.xy, "k", lw=0.6)
     for part in own.site.street_frontage.geoms:

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 import geopandas as gpd
 import numpy as np
 import shapely
-from shapely.geometry import Polygon
+from shapely.geometry import LineString, Polygon
 
 from .graph import FloatArray, chains
 from .layers import StreetLayer, read_streets, read_union
@@ -21,6 +21,10 @@ THIN = 0.62
 BEND = 20.0
 #: Smaller pieces of ground are no blocks (square metres).
 SLIVER = 50.0
+#: A piece that is nowhere wider than this is street space (metres).
+THINNEST = 10.0
+#: Streets that end this near to the edge of the site reach it (metres).
+EDGE_GAP = 10.0
 #: An existing street is continued by a designed one that turns from it by less (degrees).
 CONTINUES = 30.0
 
@@ -158,9 +162,10 @@ def blocks(
     Returns
     -------
     list of Polygon
-        Pieces of at least 50 m², with their holes.
+        Pieces of at least 50 m² that are somewhere 10 m wide, with their holes.
     """
     lines = [line for line in streets.graph.lines if line.intersects(site)]
+    lines += _to_the_edge(streets.graph.nodes, site)
     noded = shapely.union_all([site.boundary, *lines], grid_size=0.01)
     pieces = shapely.get_parts(shapely.polygonize([noded]))
     reach = site.buffer(0.1)
@@ -169,8 +174,22 @@ def blocks(
         for piece in pieces
         if piece.area >= SLIVER
         and reach.contains(piece.representative_point())
+        and not piece.buffer(-THINNEST / 2).is_empty
         and (obstacles.is_empty or piece.intersection(obstacles).area < piece.area / 2)
     ]
+
+
+def _to_the_edge(nodes: FloatArray, site: shapely.Geometry) -> list[LineString]:
+    """Take streets that end just inside the edge of the site across the strip that is left.
+
+    Where an existing street runs a few metres inside the edge, the ground between is street
+    space: it must not join the blocks on both sides of a street that ends there.
+    """
+    places = shapely.points(nodes.reshape(-1, 2))
+    edge = site.boundary
+    gap = shapely.distance(places, edge)
+    near = places[(gap > 0) & (gap <= EDGE_GAP)]
+    return list(shapely.shortest_line(near, edge))
 
 
 def block_sides(found: list[Polygon]) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -1,8 +1,9 @@
 """Street plans: network, levels, alignment, segments, blocks and their layers."""
 
-from .fitting import edge_length, site_mesh, site_meshes
+from .fitting import edge_length, site_mesh
 from .layers import plan_layers
-from .plan import SitePlan, StreetPlan, design_streets, plan_site
+from .plan import design_streets, plan_site
+from .site_plan import SitePlan, StreetPlan
 from .survey import Ground, arriving_streets, survey
 from .wishes import Wishes
 
@@ -17,6 +18,5 @@ __all__ = [
     "plan_layers",
     "plan_site",
     "site_mesh",
-    "site_meshes",
     "survey",
 ]

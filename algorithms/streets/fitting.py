@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 import shapely
@@ -16,9 +17,14 @@ from ..site.types import AccessPoint, Site
 from .blocks import Block
 
 #: Edge lengths tried, as shares of the block width; cells vary around what is asked.
-CELLS = (1.0, 0.96, 0.93, 1.05, 0.9)
+CELLS = (1.05, 1.0, 0.96, 1.1, 0.93)
 #: How many of them are tried on a large site.
 FEW = 3
+#: No other cell size is tried after a plan this good (`plan_misfit`).
+GOOD_ENOUGH = 0.13
+#: What arriving streets that are not continued, each place without a street, and a median width
+#: other than asked count against a plan.
+NOT_CONTINUED, UNCOVERED, OFF_WIDTH = 0.4, 0.02, 0.75
 #: Width of a cell that fits best, as a share of the block width.
 FIT = 0.95
 #: What arriving streets that no mesh line meets count against the fit of cells.
@@ -42,46 +48,57 @@ def edge_length(spec: Specification) -> float:
     return spec.block_width / 3 * spec.levels
 
 
-def site_meshes(
+def mesh_choices(
     site: Site,
     spec: Specification,
     arrivals: Sequence[AccessPoint] = (),
     progress: Progress | None = None,
     required: Sequence[LineString] = (),
-) -> list[QuadMesh]:
-    """Make candidate meshes of a site, boundary vertices drawn to where streets arrive.
+) -> list[Callable[[], QuadMesh]]:
+    """List the candidate meshes worth trying, as functions that make them.
 
-    They are drawn to where required streets leave the site, too: vertices attracted to those
-    have an index in `QuadMesh.attracted` beyond that of the arrivals.
+    With the planner's rules these are cells of several sizes on a small site, where designing
+    takes well under a second; the one whose cells fit best on a large one.
 
-    With the planner's rules cells of several sizes are tried: all of them on a small site,
-    where designing takes well under a second, the one whose cells fit best on a large one.
-
-    Raises
-    ------
-    MeshError
-        If the site is too small or too narrow for the block width.
+    Parameters
+    ----------
+    site
+        The site.
+    spec
+        What the planner asks.
+    arrivals
+        Existing streets that arrive: boundary vertices are drawn to them.
+    progress
+        Asked for cancellation.
+    required
+        Required streets: boundary vertices are drawn to where they leave the site, with an
+        index in `QuadMesh.attracted` beyond that of the arrivals.
     """
     edge = site.polygon.boundary
     ends = [xy for line in required for xy in shapely.get_coordinates(line.intersection(edge))]
     points = np.array([*(p.xy for p in arrivals), *ends], dtype=float).reshape(-1, 2)
     h = edge_length(spec)
-    fitting = spec.rules == "planner" and spec.edge_length is None
-    meshes: list[QuadMesh] = []
-    failure: MeshError | None = None
-    small = site.polygon.area <= SMALL_SITE * spec.block_width**2
-    for factor in (CELLS if small else CELLS[:FEW]) if fitting else (1.0,):
-        try:
-            mesh = quadrangulate(site.polygon, factor * h, attract_points=points, progress=progress)
-        except MeshError as error:
-            failure = error
-            continue
-        meshes.append(mesh)
-    if not meshes:
-        raise failure or MeshError(f"No candidate mesh could be made of {site.name}.")
-    if not small:
-        meshes = [min(meshes, key=lambda m: _mesh_misfit(m, spec, len(arrivals)))]
-    return meshes
+
+    def make(size: float) -> QuadMesh:
+        return quadrangulate(site.polygon, size * h, attract_points=points, progress=progress)
+
+    def best() -> QuadMesh:
+        made: list[QuadMesh] = []
+        failure: MeshError | None = None
+        for size in CELLS[:FEW]:
+            try:
+                made.append(make(size))
+            except MeshError as error:
+                failure = error
+        if not made:
+            raise failure or MeshError(f"No candidate mesh could be made of {site.name}.")
+        return min(made, key=lambda m: _mesh_misfit(m, spec, len(arrivals)))
+
+    if spec.rules != "planner" or spec.edge_length is not None:
+        return [partial(make, 1.0)]
+    if site.polygon.area > SMALL_SITE * spec.block_width**2:
+        return [best]
+    return [partial(make, size) for size in CELLS]
 
 
 def site_mesh(
@@ -90,9 +107,23 @@ def site_mesh(
     arrivals: Sequence[AccessPoint] = (),
     progress: Progress | None = None,
 ) -> QuadMesh:
-    """Return the candidate mesh of a site whose cells fit best; see `site_meshes`."""
-    meshes = site_meshes(site, spec, arrivals, progress)
-    return min(meshes, key=lambda m: _mesh_misfit(m, spec, len(arrivals)))
+    """Return the candidate mesh of a site whose cells fit best; see `mesh_choices`.
+
+    Raises
+    ------
+    MeshError
+        If the site is too small or too narrow for the block width.
+    """
+    made: list[QuadMesh] = []
+    failure: MeshError | None = None
+    for make in mesh_choices(site, spec, arrivals, progress):
+        try:
+            made.append(make())
+        except MeshError as error:
+            failure = error
+    if not made:
+        raise failure or MeshError(f"No candidate mesh could be made of {site.name}.")
+    return min(made, key=lambda m: _mesh_misfit(m, spec, len(arrivals)))
 
 
 def cell_misfit(mesh: QuadMesh, block_width: float) -> float:
@@ -111,8 +142,9 @@ def cell_misfit(mesh: QuadMesh, block_width: float) -> float:
 def block_misfit(blocks: Sequence[Block], width: float, length: float) -> float:
     """Share of blocks of the wrong size, 0 for a perfect plan.
 
-    A block counts whole where it is too thin or far too wide, half where it is merely off,
-    and up to half for being longer than asked.
+    Half by number, half by area, so that a large piece without streets is no single bad block
+    among many good ones. A block counts whole where it is too thin or far too wide, half where
+    it is merely off, and up to half for being longer than asked.
 
     Parameters
     ----------
@@ -121,15 +153,46 @@ def block_misfit(blocks: Sequence[Block], width: float, length: float) -> float:
     width, length
         Wished size in metres.
     """
-    wrong = 0.0
+    if not blocks:
+        return 1.0
+    wrong = []
     for block in blocks:
         share = block.width / width
         off = 1.0 if share < TOO_THIN or share > TOO_WIDE + 0.3 else 0.0
         if not off and not GOOD_FROM <= share <= TOO_WIDE:
             off = 0.5
-        off += 0.5 * min(1.0, max(0.0, block.length / length - 1.1))
-        wrong += off
-    return wrong / len(blocks) if blocks else 1.0
+        wrong.append(off + 0.5 * min(1.0, max(0.0, block.length / length - 1.1)))
+    areas = [block.polygon.area for block in blocks]
+    return float(np.mean(wrong) + np.average(wrong, weights=areas)) / 2
+
+
+def plan_misfit(
+    blocks: Sequence[Block], spec: Specification, missed: float, uncovered: int
+) -> float:
+    """How far a plan is from what was asked; compares plans of one site on several meshes.
+
+    Parameters
+    ----------
+    blocks
+        The blocks of the plan.
+    spec
+        What was asked.
+    missed
+        Share of the arriving streets that are not continued.
+    uncovered
+        Number of places that no street reaches.
+    """
+    wrong = block_misfit(blocks, spec.block_width, spec.block_length)
+    middle = float(np.median([b.width for b in blocks])) if blocks else 0.0
+    off = abs(1 - middle / spec.block_width)
+    return wrong + OFF_WIDTH * off + NOT_CONTINUED * missed + UNCOVERED * uncovered
+
+
+def same_mesh(one: QuadMesh, other: QuadMesh) -> bool:
+    """Whether two meshes of a site are the same but for a metre: both sizes were rounded alike."""
+    if one.vertices.shape != other.vertices.shape or not np.array_equal(one.faces, other.faces):
+        return False
+    return bool(np.abs(one.vertices - other.vertices).max() < 1.0)
 
 
 def _mesh_misfit(mesh: QuadMesh, spec: Specification, arrivals: int) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import shapely
@@ -13,7 +14,7 @@ from shapely.ops import substring
 
 from ..network.problem import FloatArray, IntArray
 from ..site.carry import carry_to_centre_line
-from ..site.types import Site
+from ..site.types import AccessPoint, Site
 from .adopt import existing_lines
 from .align import Alignment
 from .blocks import reach_edge
@@ -23,6 +24,8 @@ from .survey import CARRY, Ground
 TOUCHING = 0.05
 #: An end that misses the edge of the site by no more than this is put onto it (metres).
 HAIR = 0.2
+#: A street that passes the end of an existing one within this distance goes on from it (metres).
+TIP = 1.5
 #: A street nearer than this to the end of a new one is met in any case (metres).
 NEAR = 12.0
 
@@ -35,6 +38,7 @@ def trim_ends(ground: Ground, level: IntArray, alignment: Alignment) -> Alignmen
     """
     mesh, site = ground.mesh, ground.site
     beside = existing_lines(site)
+    tips = shapely.boundary(shapely.line_merge(beside))
     lines, positions = dict(alignment.lines), alignment.positions.copy()
     for v in np.flatnonzero(mesh.boundary_vertices).tolist():
         active = [int(e) for e in mesh.vertex_edges[v] if level[e] > 0]
@@ -44,16 +48,38 @@ def trim_ends(ground: Ground, level: IntArray, alignment: Alignment) -> Alignmen
         forward = mesh.edges[e, 1] == v
         line = LineString(lines[e] if forward else lines[e][::-1])
         ahead = [a for a in _crossings(line, beside) if a > 0.25 * line.length]
+        tip = _tip(line, tips)
         outside = site.polygon.distance(shapely.Point(line.coords[-1])) > TOUCHING
         if not ahead and outside:
             ahead = _crossings(line, site.polygon.boundary)[-1:]
-        if ahead and ahead[0] < line.length - TOUCHING:
+        if tip is not None:
+            kept = np.vstack([shapely.get_coordinates(substring(line, 0.0, tip[0]))[:-1], tip[1]])
+        elif ahead and ahead[0] < line.length - TOUCHING:
             kept = shapely.get_coordinates(substring(line, 0.0, ahead[0]))
         else:
             kept = _on_edge(site, shapely.get_coordinates(line))
         lines[e] = kept if forward else kept[::-1]
         positions[v] = kept[-1]
     return dataclasses.replace(alignment, lines=lines, positions=positions)
+
+
+def _tip(line: LineString, tips: shapely.Geometry) -> tuple[float, tuple[float, float]] | None:
+    """Find the end of an existing street just beside the last stretch of a new one.
+
+    The new street then goes on from there, instead of running along it for a few metres.
+
+    Returns
+    -------
+    tuple or None
+        Distance along the line, metres, and the position of that end.
+    """
+    found = []
+    for x, y in shapely.get_coordinates(tips).tolist():
+        here = shapely.Point(x, y)
+        along = float(line.project(here))
+        if line.distance(here) <= TIP and 0.5 * line.length < along:
+            found.append((along, (x, y)))
+    return min(found, default=None)
 
 
 def _on_edge(site: Site, line: FloatArray) -> FloatArray:
@@ -75,41 +101,78 @@ def _crossings(line: LineString, other: shapely.Geometry) -> list[float]:
     return sorted(float(line.project(shapely.Point(xy))) for xy in meeting)
 
 
-def connectors(ground: Ground, level: IntArray, alignment: Alignment) -> dict[int, LineString]:
+@dataclass(frozen=True)
+class Connector:
+    """A piece of street from the property line to the centre line that it meets.
+
+    Attributes
+    ----------
+    line
+        Its course, metres.
+    node
+        The junction at which it begins, numbered as in `Piece`.
+    level
+        Level of the street that it carries on.
+    arrival
+        The existing street that goes on there, if any.
+    """
+
+    line: LineString
+    node: int
+    level: int
+    arrival: AccessPoint | None = None
+
+
+def connectors(ground: Ground, level: IntArray, alignment: Alignment) -> list[Connector]:
     """Carry streets on from the property line to the centre line of the street they meet.
 
-    Returns
-    -------
-    dict
-        Boundary vertex -> line from the vertex to the centre line. Where the boundary is the
-        centre line, or no centre line is known, there is none.
+    Where the boundary is the centre line, or no centre line is known, there is none.
     """
     mesh = ground.mesh
-    beside = existing_lines(ground.site)
-    found: dict[int, LineString] = {}
+    found = []
     for v in np.flatnonzero(mesh.boundary_vertices).tolist():
         active = [int(e) for e in mesh.vertex_edges[v] if level[e] > 0]
         if not active or not any(ground.street[e] for e in mesh.vertex_edges[v]):
             continue
-        xy = tuple(alignment.positions[v].tolist())
-        if beside.distance(shapely.Point(xy)) <= TOUCHING:
-            continue
         line = alignment.lines[active[0]]
         line = line if mesh.edges[active[0], 1] == v else line[::-1]
-        way = _way_out(ground, v, line)
-        if way.length > TOUCHING:
-            found[v] = _to_first(way, beside)
+        line = np.vstack([line[:-1], alignment.positions[v]])
+        own = int(min(level[e] for e in active))
+        one = connect(ground.site, line, v, own, ground.arrivals.get(v))
+        if one is not None:
+            found.append(one)
     return found
 
 
-def _way_out(ground: Ground, vertex: int, line: FloatArray) -> LineString:
+def connect(
+    site: Site, line: FloatArray, node: int, level: int, arrival: AccessPoint | None
+) -> Connector | None:
+    """Carry one street on from its last point, where there is something to meet.
+
+    Parameters
+    ----------
+    site
+        The site.
+    line
+        Shape (k, 2). The street, ending at the edge of the site.
+    node, level, arrival
+        See `Connector`.
+    """
+    beside = existing_lines(site)
+    if beside.distance(shapely.Point(line[-1])) <= TOUCHING:
+        return None
+    way = _way_out(site, line, arrival)
+    if way.length <= TOUCHING:
+        return None
+    return Connector(_to_first(way, beside), node, level, arrival)
+
+
+def _way_out(site: Site, line: FloatArray, point: AccessPoint | None) -> LineString:
     """Way from the end of a street over the edge of the site to the centre line beyond."""
-    site = ground.site
     points = [tuple(line[-1].tolist())]
     edge = reach_edge(site, points[0], tuple(line[-2].tolist())).coords[-1]
     if site.polygon.contains(shapely.Point(points[0])) and math.dist(edge, points[0]) > 0.1:
         points.append(edge)
-    point = ground.arrivals.get(vertex)
     heading = (float(line[-1, 0] - line[-2, 0]), float(line[-1, 1] - line[-2, 1]))
     target = (
         point.junction

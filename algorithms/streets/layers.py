@@ -8,13 +8,15 @@ from typing import Any
 import geopandas as gpd
 import numpy as np
 import pandas as pd
+import shapely
 from pyproj import CRS
-from shapely.geometry import Point
+from shapely.geometry import LineString, Point
 
 from ..network.specification import Specification
 from ..site.types import BoundaryStreet
-from .joints import split_at
-from .plan import SitePlan, StreetPlan
+from .adopt import existing_lines
+from .joints import TIP, split_at
+from .site_plan import SitePlan, StreetPlan, goes_on
 
 #: Speeds by level, km/h: 40, 30, 20 and 20 miles per hour (CND section 5.1).
 SPEED = {1: 64.0, 2: 48.0, 3: 32.0, 4: 32.0}
@@ -27,9 +29,6 @@ CLASS_LEVEL = {
 
 #: Blocks longer than this many times the wished length are named.
 LONG = 1.8
-#: A new street that ends this near to where an existing one arrives continues it (metres).
-ARRIVES = 15.0
-
 COLUMNS: Mapping[str, Sequence[str]] = {
     "streets": (
         "street_id",
@@ -122,36 +121,35 @@ def _new_streets(plan: SitePlan) -> Iterable[Row]:
             "name": "",
             "geometry": s.line,
         }
-    mesh, level = plan.network.ground.mesh, plan.network.level
     reached = {
         v: d for s in plan.segments for v, d in ((s.start, s.dist_start), (s.end, s.dist_end))
     }
-    for v, line in plan.connectors.items():
-        own = int(min(level[e] for e in mesh.vertex_edges[v] if level[e] > 0))
-        point = plan.network.ground.arrivals.get(v)
+    for joint in plan.connectors:
+        out = reached.get(joint.node)
         yield {
             "site_id": site_id,
-            "level": own,
+            "level": joint.level,
             "status": "connector",
-            "length_m": line.length,
-            "dist_to_sink_m": reached.get(v),
-            "dist_start_m": reached.get(v),
-            "dist_end_m": reached.get(v),
+            "length_m": joint.line.length,
+            "dist_to_sink_m": out,
+            "dist_start_m": out,
+            "dist_end_m": out,
             "direction": 1,
-            "speed_kmh": SPEED[own],
-            "name": point.name if point is not None else "",
-            "geometry": line,
+            "speed_kmh": SPEED[joint.level],
+            "name": joint.arrival.name if joint.arrival is not None else "",
+            "geometry": joint.line,
         }
 
 
 def _existing_streets(plan: SitePlan) -> Iterable[Row]:
     """Give the streets beside the site and those kept inside, cut where new ones join them."""
     site = plan.site
-    joints = [line.coords[-1] for line in plan.connectors.values()]
+    joints = [joint.line.coords[-1] for joint in plan.connectors]
     joints += [xy for s in plan.segments for xy in (s.line.coords[0], s.line.coords[-1])]
+    tips = shapely.boundary(shapely.line_merge(existing_lines(site)))
     for street in (*site.boundary_streets, *site.inner_streets):
         own = existing_level(street)
-        for line in split_at(street.line, joints):
+        for line in _without_stubs(split_at(street.line, joints), tips):
             yield {
                 "site_id": site.site_id,
                 "level": own,
@@ -167,6 +165,16 @@ def _existing_streets(plan: SitePlan) -> Iterable[Row]:
             }
 
 
+def _without_stubs(pieces: list[LineString], tips: shapely.Geometry) -> list[LineString]:
+    """Leave out a blind end that reaches hardly beyond the new street that meets it."""
+    kept = list(pieces)
+    for last, end in ((0, 0), (-1, -1)):
+        short = len(kept) > 1 and kept[last].length < TIP
+        if short and tips.distance(Point(kept[last].coords[end])) == 0:
+            kept.pop(last)
+    return kept
+
+
 def existing_level(street: BoundaryStreet) -> int:
     """Level of an existing street by its class; local where the class says nothing."""
     return CLASS_LEVEL.get(street.kind.lower().removesuffix("_link"), 3)
@@ -176,15 +184,20 @@ def _junctions(plan: SitePlan) -> Iterable[Row]:
     """Where streets meet, end or leave the site."""
     ground = plan.network.ground
     mesh = ground.mesh
+    arriving = {joint.node for joint in plan.connectors if joint.arrival is not None}
+    arriving |= set(ground.arrivals)
     meeting: dict[int, list[tuple[float, tuple[float, float]]]] = {}
     for s in plan.segments:
         meeting.setdefault(s.start, []).append((s.dist_start, s.line.coords[0]))
         meeting.setdefault(s.end, []).append((s.dist_end, s.line.coords[-1]))
     for v in sorted(meeting):
         distance, xy = meeting[v][0]
-        frontage = 2 if v < 0 else int(sum(ground.street[e] for e in mesh.vertex_edges[v]))
+        if v < 0 or v >= len(mesh.vertices):
+            frontage = 2 if v < 0 else 0
+        else:
+            frontage = int(sum(ground.street[e] for e in mesh.vertex_edges[v]))
         valence = len(meeting[v]) + frontage
-        if v in ground.arrivals:
+        if v in arriving:
             kind, valence = "continues street", valence + 1
         elif frontage:
             kind = "meets street"
@@ -232,10 +245,10 @@ def _problems(plan: SitePlan, spec: Specification) -> Iterable[Row]:
                 "left so: no street may end at a side of the site without a road; add the road "
                 "layer, raise the snap distance or let the whole boundary be the exit",
             )
-    ends = [Point(xy) for s in plan.segments for xy in (s.line.coords[0], s.line.coords[-1])]
+    lines = [segment.line for segment in plan.segments]
     for point in plan.arrivals:
-        here = Point(point.xy)
-        if not any(here.distance(end) < ARRIVES for end in ends):
+        if not goes_on(point, lines):
+            here = Point(point.xy)
             name = point.name or "without a name"
             yield _problem(
                 plan,

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
-from shapely.geometry import LineString
 
 from ..errors import CancelledError, InputError, MeshError, PlatwrightError
 from ..mesh import QuadMesh, subdivide
@@ -18,13 +15,11 @@ from ..network.specification import Specification
 from ..progress import Deadline, Progress, Silent
 from ..site.types import AccessPoint, Site
 from .adopt import adopt_streets
-from .align import Alignment, align
-from .blocks import Block, blocks, reach_edge
-from .fitting import block_misfit, site_meshes
-from .joints import connectors, trim_ends
-from .levels import LevelledNetwork, design_levels
+from .drawing import draw_plan
+from .fitting import GOOD_ENOUGH, mesh_choices, plan_misfit, same_mesh
+from .levels import design_levels
 from .make_way import make_way
-from .segments import Segment, segments
+from .site_plan import SitePlan, StreetPlan
 from .survey import Ground, arriving_streets, survey
 from .wishes import Wishes
 
@@ -34,104 +29,9 @@ ARRIVAL_SPACING = 0.5
 MEETS = 3.0
 
 
-@dataclass(frozen=True, eq=False)
-class SitePlan:
-    """The street plan of one site, in its working CRS.
-
-    Attributes
-    ----------
-    site
-        The site.
-    network
-        Chosen mesh edges and how they were found.
-    alignment
-        Where the streets run.
-    segments
-        New streets between junctions.
-    connectors
-        Boundary vertex -> piece of street from the property line to the centre line.
-    blocks
-        What the streets enclose.
-    arrivals
-        Existing streets that could be continued.
-    uncovered
-        Positions of mesh vertices that no street reaches within the coverage range.
-    """
-
-    site: Site
-    network: LevelledNetwork
-    alignment: Alignment
-    segments: tuple[Segment, ...]
-    connectors: dict[int, LineString]
-    blocks: tuple[Block, ...]
-    arrivals: tuple[AccessPoint, ...]
-    uncovered: tuple[tuple[float, float], ...]
-
-    @property
-    def continued(self) -> int:
-        """How many arriving streets go on into the site."""
-        level = self.network.level
-        mesh = self.network.ground.mesh
-        return sum(
-            any(level[e] > 0 for e in mesh.vertex_edges[v]) for v in self.network.ground.arrivals
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class StreetPlan:
-    """The street plans of all sites of a run.
-
-    Attributes
-    ----------
-    plans
-        One plan per site that could be designed.
-    specification
-        What was asked.
-    seconds
-        Wall time.
-    stopped
-        Why the search ended: "optimal", "gap", "time" or "cancelled".
-    failures
-        Sites that could not be designed, and why.
-    """
-
-    plans: tuple[SitePlan, ...]
-    specification: Specification
-    seconds: float
-    stopped: str = field(default="optimal")
-    failures: tuple[tuple[Site, PlatwrightError], ...] = ()
-
-    @property
-    def numbers(self) -> dict[str, float]:
-        """Figures of the whole run; lengths and distances in metres, gap as a share."""
-        rows = [s for plan in self.plans for s in plan.segments]
-        length = sum(s.line.length for s in rows)
-        mean = sum(s.mean_distance * s.line.length for s in rows) / length if length else 0.0
-        objective = sum(plan.network.objective for plan in self.plans)
-        bound = sum(plan.network.bound for plan in self.plans)
-        return {
-            "TOTAL_LENGTH": length,
-            "MEAN_DISTANCE": mean,
-            "MAX_DISTANCE": max((s.furthest for s in rows), default=0.0),
-            "OBJECTIVE": objective,
-            "BOUND": bound,
-            "ACHIEVED_GAP": max(0.0, (objective - bound) / objective) if objective > 0 else 0.0,
-            "SECONDS": self.seconds,
-        }
-
-    def to_json(self) -> str:
-        """Specification and result as JSON, for the metadata of layers."""
-        result = {
-            "specification": json.loads(self.specification.to_json()),
-            "result": {k: round(v, 6) for k, v in self.numbers.items()},
-            "stopped": self.stopped,
-        }
-        return json.dumps(result, sort_keys=True)
-
-
 def design_streets(
     sites: Sequence[Site],
-    specification: Specification,
+    specification: Specification | Callable[[Site], Specification],
     *,
     wishes: Wishes | Callable[[Site], Wishes] | None = None,
     mesh: Callable[[Site], QuadMesh | None] | None = None,
@@ -144,7 +44,8 @@ def design_streets(
     sites
         Prepared sites.
     specification
-        What the streets should do.
+        What the streets should do, or a function that gives the specification of a site; the
+        time limit is that of the first, for all sites together.
     wishes
         Sinks, required and forbidden places, or a function that gives those of a site.
     mesh
@@ -176,47 +77,70 @@ def design_streets(
     if not sites:
         raise InputError("There is no site.", "Give at least one polygon.")
     started = time.monotonic()
-    deadline = Deadline(specification.time_limit, progress)
-    area = sum(site.polygon.area for site in sites)
-    plans: list[SitePlan] = []
-    failures: list[tuple[Site, PlatwrightError]] = []
-    stopped = "optimal"
-    for site in sites:
-        try:
-            own = wishes(site) if callable(wishes) else wishes
-            own = own.of_site(site, sites) if own is not None else None
-            share = deadline.left * site.polygon.area / max(area, 1e-9)
-            area -= site.polygon.area
-            given = mesh(site) if mesh is not None else None
-            if progress.cancelled():
-                raise CancelledError("Cancelled before the first design.")
-            plans.append(plan_site(site, specification, own, given, max(1.0, share), progress))
-        except CancelledError:
-            if not plans:
-                raise
-            left = len(sites) - len(plans) - len(failures)
-            progress.warn(f"Cancelled: {left} of {len(sites)} sites have no design.")
-            stopped = "cancelled"
-            break
-        except PlatwrightError as error:
-            if len(sites) == 1:
-                raise
-            # one bad site must not cost the others
-            progress.warn(f"{site.name}: {error}")
-            failures.append((site, error))
-    if not plans and failures:
-        raise failures[0][1]
+    specs = [specification(s) if callable(specification) else specification for s in sites]
+    run = _Run(sites, specs, wishes, mesh, progress)
+    run.design()
+    if not run.plans and run.failures:
+        raise run.failures[0][1]
     if progress.cancelled():
-        stopped = "cancelled"
+        run.stopped = "cancelled"
     order = ("cancelled", "time", "gap", "optimal")
-    reasons = [stopped, *(plan.network.stopped for plan in plans)]
+    reasons = [run.stopped, *(plan.network.stopped for plan in run.plans)]
     return StreetPlan(
-        tuple(plans),
-        specification,
+        tuple(run.plans),
+        specs[0],
         time.monotonic() - started,
         min(reasons, key=order.index),
-        tuple(failures),
+        tuple(run.failures),
     )
+
+
+class _Run:
+    """Designs site after site; one bad site must not cost the others."""
+
+    def __init__(
+        self,
+        sites: Sequence[Site],
+        specs: Sequence[Specification],
+        wishes: Wishes | Callable[[Site], Wishes] | None,
+        mesh: Callable[[Site], QuadMesh | None] | None,
+        progress: Progress,
+    ) -> None:
+        self.sites, self.specs = sites, specs
+        self.wishes, self.mesh, self.progress = wishes, mesh, progress
+        self.plans: list[SitePlan] = []
+        self.failures: list[tuple[Site, PlatwrightError]] = []
+        self.stopped = "optimal"
+
+    def design(self) -> None:
+        """Design all sites; each gets its share of the time by its area."""
+        deadline = Deadline(self.specs[0].time_limit, self.progress)
+        area = sum(site.polygon.area for site in self.sites)
+        for site, spec in zip(self.sites, self.specs):
+            share = deadline.left * site.polygon.area / max(area, 1e-9)
+            area -= site.polygon.area
+            try:
+                self.plans.append(self._one(site, spec, max(1.0, share)))
+            except CancelledError:
+                if not self.plans:
+                    raise
+                left = len(self.sites) - len(self.plans) - len(self.failures)
+                self.progress.warn(f"Cancelled: {left} of {len(self.sites)} sites have no design.")
+                self.stopped = "cancelled"
+                return
+            except PlatwrightError as error:
+                if len(self.sites) == 1:
+                    raise
+                self.progress.warn(f"{site.name}: {error}")
+                self.failures.append((site, error))
+
+    def _one(self, site: Site, spec: Specification, seconds: float) -> SitePlan:
+        own = self.wishes(site) if callable(self.wishes) else self.wishes
+        own = own.of_site(site, self.sites) if own is not None else None
+        given = self.mesh(site) if self.mesh is not None else None
+        if self.progress.cancelled():
+            raise CancelledError("Cancelled before the first design.")
+        return plan_site(site, spec, own, given, seconds, self.progress)
 
 
 def plan_site(
@@ -233,28 +157,38 @@ def plan_site(
     progress.stage(f"{site.name}: candidate mesh", 0.05)
     arrivals = arriving_streets(site, ARRIVAL_SPACING * spec.block_width)
     if mesh is not None:
-        meshes = [_met(mesh, arrivals)]
+        given = _met(mesh, arrivals)
+        choices: list[Callable[[], QuadMesh]] = [lambda: given]
     else:
         required = wishes.required if wishes is not None else ()
-        meshes = site_meshes(site, spec, arrivals, progress, required)
+        choices = mesh_choices(site, spec, arrivals, progress, required)
+    tried: list[QuadMesh] = []
     best: tuple[float, SitePlan] | None = None
-    for i, one in enumerate(meshes):
-        if best is not None and deadline.passed():
+    failure: MeshError | None = None
+    for i, make in enumerate(choices):
+        if best is not None and (best[0] < GOOD_ENOUGH or deadline.passed()):
             break
-        left = max(1.0, deadline.left / (len(meshes) - i))
-        if len(meshes) > 1:
-            progress.stage(f"{site.name}: mesh {i + 1} of {len(meshes)}", 0.2 + 0.15 * i)
+        if i > 0:
+            progress.stage(f"{site.name}: mesh {i + 1} of {len(choices)}", 0.2 + 0.15 * i)
+        left = max(1.0, deadline.left / (len(choices) - i))
         try:
+            one = make()
+            if any(same_mesh(one, other) for other in tried):
+                continue
+            tried.append(one)
             plan = _plan_on(site, spec, one, arrivals, wishes, left, progress)
+        except MeshError as error:
+            failure = error
+            continue
         except CancelledError:
             if best is None:
                 raise
             break
-        score = _misfit(plan, spec) if len(meshes) > 1 else 0.0
+        score = _misfit(plan, spec)
         if best is None or score < best[0] - 1e-9:
             best = score, plan
     if best is None:
-        raise MeshError(f"No candidate mesh could be made of {site.name}.")
+        raise failure or MeshError(f"No candidate mesh could be made of {site.name}.")
     if not best[1].segments:
         progress.warn(
             f"{site.name}: no street is needed: the site is no larger than a few blocks of "
@@ -293,75 +227,13 @@ def _plan_on(
     refine = _refiner(site, spec, arrivals, wishes) if spec.rules == "paper" else None
     network = design_levels(ground, spec, seconds=seconds, refine=refine, progress=progress)
     progress.stage(f"{site.name}: drawing streets and blocks", 0.92)
-    return draw_plan(network, arrivals)
+    return draw_plan(network, spec, arrivals)
 
 
 def _misfit(plan: SitePlan, spec: Specification) -> float:
-    """How far a plan is from what was asked; compares plans of one site on several meshes."""
+    """How far a plan is from what was asked."""
     missed = 1 - plan.continued / len(plan.arrivals) if plan.arrivals else 0.0
-    wrong = block_misfit(plan.blocks, spec.block_width, spec.block_length)
-    return wrong + 0.4 * missed + 0.02 * len(plan.uncovered)
-
-
-def draw_plan(network: LevelledNetwork, arrivals: Sequence[AccessPoint] = ()) -> SitePlan:
-    """Draw the streets and blocks of a chosen network."""
-    ground, level = network.ground, network.level
-    directions = {v: point.direction for v, point in ground.arrivals.items()}
-    mesh = ground.mesh
-    kept = np.unique(mesh.edges[ground.street & ~mesh.boundary_edges]).tolist()
-    alignment = align(ground.site, mesh, level, directions, kept, ground.forbidden)
-    alignment = trim_ends(ground, level, alignment)
-    joints = connectors(ground, level, alignment)
-    lines = [LineString(line) for line in alignment.lines.values()]
-    lines += [street.line for street in (*ground.site.boundary_streets, *ground.site.inner_streets)]
-    lines += joints.values()
-    found = blocks(ground.site, [*lines, *_edge_pieces(ground, level, alignment)])
-    return SitePlan(
-        ground.site,
-        network,
-        alignment,
-        tuple(segments(ground, level, alignment)),
-        joints,
-        tuple(found),
-        tuple(arrivals),
-        _uncovered(network),
-    )
-
-
-def _edge_pieces(ground: Ground, level: IntArray, alignment: Alignment) -> list[LineString]:
-    """Short pieces from street ends to the true outline of the site, for blocks."""
-    mesh = ground.mesh
-    pieces = []
-    for v in np.flatnonzero(mesh.boundary_vertices).tolist():
-        for e in mesh.vertex_edges[v].tolist():
-            if level[e] == 0:
-                continue
-            line = alignment.lines[e]
-            line = line if mesh.edges[e, 1] == v else line[::-1]
-            piece = reach_edge(ground.site, tuple(line[-1]), tuple(line[-2]))
-            if piece.length > 0:
-                pieces.append(piece)
-    return pieces
-
-
-def _uncovered(network: LevelledNetwork) -> tuple[tuple[float, float], ...]:
-    """Positions that are still without a street nearby after the last level."""
-    if not network.solved:
-        return ()
-    vertices = {v for s in network.solved for v in s.design.uncovered}
-    streets = (network.level > 0) | network.ground.street
-    mesh = network.ground.mesh
-    active = set(mesh.edges[streets].ravel().tolist())
-    near = {
-        v
-        for v in vertices
-        if v < len(mesh.vertices)
-        and any(int(u) in active for u in mesh.edges[mesh.vertex_edges[v]].ravel())
-    }
-    return tuple(
-        (float(x), float(y))
-        for x, y in mesh.vertices[sorted(v for v in vertices - near if v < len(mesh.vertices))]
-    )
+    return plan_misfit(plan.blocks, spec, missed, len(plan.uncovered))
 
 
 def _refiner(

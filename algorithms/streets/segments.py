@@ -14,18 +14,11 @@ import shapely
 from scipy.sparse.csgraph import dijkstra
 from shapely.geometry import LineString
 
-from ..mesh import QuadMesh
-from ..network.problem import FloatArray, IntArray
-from ..site.types import Site
-from .adopt import existing_lines
-from .align import Alignment
-from .joints import split_at
+from .pieces import Piece
 from .survey import Ground
 
 #: Level of a street that ends blind.
 CUL_DE_SAC = 4
-#: Pieces shorter than this are not cut off (metres).
-SHORTEST = 0.5
 
 
 @dataclass(frozen=True)
@@ -39,7 +32,7 @@ class Segment:
     level
         1 major, 2 collector, 3 local, 4 cul-de-sac.
     start, end
-        Mesh vertices at its ends; negative numbers for junctions with existing streets.
+        Junctions at its ends, numbered as in `Piece`.
     dist_start, dist_end
         Network distance from each end to the nearest sink, metres.
     """
@@ -83,86 +76,39 @@ class Segment:
         return 1 if self.dist_end < self.dist_start else -1
 
 
-@dataclass(frozen=True)
-class _Piece:
-    """A street between two nodes: mesh vertices, or negative numbers for other junctions."""
-
-    line: LineString
-    level: int
-    start: int
-    end: int
-
-
-def segments(ground: Ground, level: IntArray, alignment: Alignment) -> list[Segment]:
-    """Cut streets at junctions, where they cross existing streets, and at changes of level.
+def segments(
+    ground: Ground, pieces: Sequence[Piece], exits: frozenset[int] = frozenset()
+) -> list[Segment]:
+    """Measure how far it is from every street to the sinks.
 
     Distances are measured along the final courses, and along the boundary where existing
     streets run there.
+
+    Parameters
+    ----------
+    ground
+        The site and its mesh.
+    pieces
+        The streets.
+    exits
+        Junctions besides those of the mesh where traffic leaves.
     """
-    pieces = _cut_at_existing(ground.site, _pieces(ground, level, alignment))
-    distance = _node_distances(ground, pieces)
-    pieces = _culs_de_sac(ground, pieces)
+    distance = _node_distances(ground, pieces, exits)
     return [
-        Segment(p.line, p.level, p.start, p.end, distance[p.start], distance[p.end]) for p in pieces
+        Segment(p.line, p.level, p.start, p.end, distance[p.start], distance[p.end])
+        for p in _culs_de_sac(ground, pieces)
     ]
 
 
-def _pieces(ground: Ground, level: IntArray, alignment: Alignment) -> list[_Piece]:
-    """Cut streets at mesh vertices where others meet them."""
-    mesh = ground.mesh
-    streets = (level > 0) | ground.street
-    ends = np.bincount(mesh.edges[streets].ravel(), minlength=len(mesh.vertices))
-    node = (ends != 2) | mesh.boundary_vertices | ground.sinks
-    found = []
-    for way in alignment.chains:
-        path = [way[0]]
-        previous = 0
-        for u, v in zip(way, way[1:]):
-            own = int(level[mesh.edge_between(u, v)])
-            if len(path) > 1 and (node[u] or own != previous):
-                found.append(_piece(mesh, alignment, path, previous))
-                path = [u]
-            path.append(v)
-            previous = own
-        found.append(_piece(mesh, alignment, path, previous))
-    return found
-
-
-def _piece(mesh: QuadMesh, alignment: Alignment, path: Sequence[int], level: int) -> _Piece:
-    """Join the lines along a path of vertices."""
-    points: list[FloatArray] = []
-    for u, v in zip(path, path[1:]):
-        edge = mesh.edge_between(u, v)
-        line = alignment.lines[edge]
-        line = line if mesh.edges[edge, 0] == u else line[::-1]
-        points.append(line if not points else line[1:])
-    return _Piece(LineString(np.vstack(points)), level, path[0], path[-1])
-
-
-def _cut_at_existing(site: Site, pieces: Sequence[_Piece]) -> list[_Piece]:
-    """Make a junction wherever a new street crosses an existing one."""
-    beside = existing_lines(site)
-    found = []
-    count = 0
-    for piece in pieces:
-        crossings = shapely.get_coordinates(shapely.intersection(piece.line, beside))
-        parts = split_at(piece.line, [(x, y) for x, y in crossings.tolist()], SHORTEST)
-        start = piece.start
-        for i, part in enumerate(parts):
-            count += i < len(parts) - 1
-            end = piece.end if i == len(parts) - 1 else -count
-            found.append(_Piece(part, piece.level, start, end))
-            start = end
-    return found
-
-
-def _culs_de_sac(ground: Ground, pieces: Sequence[_Piece]) -> list[_Piece]:
+def _culs_de_sac(ground: Ground, pieces: Sequence[Piece]) -> list[Piece]:
     """Give level 4 to streets that end blind."""
     meeting = Counter(v for p in pieces for v in (p.start, p.end))
     kept = set(ground.mesh.edges[ground.street].ravel().tolist())
 
     def blind(v: int) -> bool:
-        return v >= 0 and meeting[v] == 1 and v not in kept and not ground.sinks[v]
+        if v < 0 or meeting[v] != 1 or v in kept:
+            return False
+        return v >= len(ground.sinks) or not ground.sinks[v]
 
     return [
         dataclasses.replace(p, level=CUL_DE_SAC) if blind(p.start) or blind(p.end) else p
@@ -170,25 +116,52 @@ def _culs_de_sac(ground: Ground, pieces: Sequence[_Piece]) -> list[_Piece]:
     ]
 
 
-def _node_distances(ground: Ground, pieces: Sequence[_Piece]) -> dict[int, float]:
+def _node_distances(
+    ground: Ground, pieces: Sequence[Piece], exits: frozenset[int]
+) -> dict[int, float]:
     """Network distance of every node to its nearest sink, metres; infinite if there is none."""
     mesh = ground.mesh
     kept = np.flatnonzero(ground.street)
-    ends = [(p.start, p.end) for p in pieces] + [(int(u), int(v)) for u, v in mesh.edges[kept]]
-    if not ends:
+    ways = [(p.start, p.end, float(p.line.length)) for p in pieces]
+    ways += [(int(u), int(v), float(mesh.lengths[e])) for e, (u, v) in zip(kept, mesh.edges[kept])]
+    if not ways:
         return {}
-    lengths = [float(p.line.length) for p in pieces] + mesh.lengths[kept].tolist()
-    nodes = sorted({v for pair in ends for v in pair})
-    place = {v: i for i, v in enumerate(nodes)}
-    rows, columns = ([place[pair[k]] for pair in ends] for k in (0, 1))
-    # parallel pieces between two nodes: the shorter one counts
-    graph = sparse.coo_matrix((lengths, (rows, columns)), shape=(len(nodes),) * 2)
-    shortest = graph.tolil()
-    for r, c, length in zip(rows, columns, lengths):
-        shortest[r, c] = min(length, shortest[r, c])
     everywhere = bool(ground.sinks[mesh.edges[kept]].all()) and len(kept) > 0
-    sinks = [place[v] for v in nodes if (v < 0 and everywhere) or (v >= 0 and ground.sinks[v])]
+    if not everywhere:
+        ways += _along_the_edge(ground, pieces)
+    nodes = sorted({v for way in ways for v in way[:2]})
+    place = {v: i for i, v in enumerate(nodes)}
+    # parallel pieces between two nodes: the shorter one counts
+    shortest: dict[tuple[int, int], float] = {}
+    for u, v, length in ways:
+        pair = (place[min(u, v)], place[max(u, v)])
+        shortest[pair] = min(length, shortest.get(pair, math.inf))
+    rows, columns = np.array(list(shortest)).T
+    graph = sparse.coo_matrix((list(shortest.values()), (rows, columns)), shape=(len(nodes),) * 2)
+    count = len(mesh.vertices)
+    sinks = [
+        place[v]
+        for v in nodes
+        if v in exits or (v < 0 and everywhere) or (0 <= v < count and ground.sinks[v])
+    ]
     if not sinks:
         return dict.fromkeys(nodes, math.inf)
-    found = dijkstra(shortest.tocsr(), directed=False, indices=sinks, min_only=True)
+    found = dijkstra(graph.tocsr(), directed=False, indices=sinks, min_only=True)
     return {v: float(found[i]) for v, i in place.items()}
+
+
+def _along_the_edge(ground: Ground, pieces: Sequence[Piece]) -> list[tuple[int, int, float]]:
+    """Ways from junctions with existing streets to the next vertices of the mesh on them."""
+    kept = np.flatnonzero(ground.street)
+    if not len(kept):
+        return []
+    mesh = ground.mesh
+    lines = np.array([LineString(mesh.edge_line(int(e))) for e in kept], dtype=object)
+    found = []
+    for piece in pieces:
+        for v, xy in ((piece.start, piece.line.coords[0]), (piece.end, piece.line.coords[-1])):
+            if v < 0:
+                nearest = kept[int(shapely.distance(lines, shapely.Point(xy)).argmin())]
+                for w in mesh.edges[nearest].tolist():
+                    found.append((v, int(w), math.dist(xy, mesh.vertices[w])))
+    return found
