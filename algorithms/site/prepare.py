@@ -120,12 +120,14 @@ def prepare_sites(
     )
     ask(progress)
     names = _names(polygons)
+    numbers = _numbers(polygons, [own[0] for _, _, own in pieces])
     sites = []
     for k, (polygon, crs, own) in enumerate(pieces):
         ask(progress)
         progress.stage(f"Preparing site {k + 1} of {len(pieces)}", (k + 0.5) / len(pieces))
         name = names.get(own[0], "") if len(own) == 1 else ""
-        sites.append(_one_site(task, polygon, crs, own[0], k + 1, name or f"Site {k + 1}"))
+        number = numbers[k]
+        sites.append(_one_site(task, polygon, crs, own[0], number, name or f"Site {number}"))
     if roads is None:
         progress.info(
             "No road layer is given: the whole outer edge of each site counts as street, and "
@@ -250,6 +252,21 @@ def _names(polygons: gpd.GeoDataFrame) -> dict[Any, str]:
             column = polygons[by_lower[candidate]]
             return {i: v.strip() for i, v in column.items() if isinstance(v, str)}
     return {}
+
+
+def _numbers(polygons: gpd.GeoDataFrame, first: list[Any]) -> list[int]:
+    """Give each site its number, by the first of its features.
+
+    A prepared site keeps its number, even where others of its layer are not selected: the
+    access points and obstacles that belong to it refer to it.
+    """
+    plain = list(range(1, len(first) + 1))
+    if "site_id" not in polygons.columns:
+        return plain
+    given = polygons.loc[first, "site_id"].tolist()
+    whole = [g for g in given if isinstance(g, (int, float)) and g == g // 1 and g >= 1]
+    unique = len(set(whole)) == len(first) and polygons.index.is_unique
+    return [int(g) for g in whole] if unique else plain
 
 
 def _one_site(

@@ -272,3 +272,17 @@ def test_cancel_is_answered_within_a_second(width):
             prepare_sites(frame, progress=caller)
         assert max(caller.gaps) < 2.0  # a second on a quiet machine
         assert time.monotonic() - caller.end < 2.0
+
+
+def test_a_site_of_a_prepared_layer_keeps_its_number_when_it_is_prepared_alone(scene):
+    both = scene.frame([box(0, 0, 100, 100), box(300, 0, 400, 100)])
+    ground = site_layers(prepare_sites(both, scene.road_frame()))["site"]
+    assert ground["site_id"].tolist() == [1, 2]
+    (second,) = prepare_sites(ground[ground["site_id"] == 2], scene.road_frame()).sites
+    assert (second.site_id, second.name) == (2, ground["name"].iloc[1])
+
+
+@pytest.mark.parametrize("given", [[7, 7], [2, None], ["a", "b"], [0, -1], [1.5, 2.5]])
+def test_numbers_that_are_no_site_numbers_are_not_taken_over(scene, given):
+    both = scene.frame([box(0, 0, 100, 100), box(300, 0, 400, 100)]).assign(site_id=given)
+    assert [s.site_id for s in prepare_sites(both).sites] == [1, 2]
