@@ -12,12 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..network import rules
-from ..network.problem import BoolArray, Clause, NetworkProblem, Pattern
+from ..network.problem import BoolArray, Clause, FloatArray, NetworkProblem, Pattern
 from ..network.specification import FORBID, Specification
 from .survey import Ground
 
 #: Levels in the output: 1 major, 2 collector, 3 local, 4 cul-de-sac.
 COLLECTOR, LOCAL = 2, 3
+#: A strip between a street and a wall is of no use below this share of the block width, and the
+#: street then counts this many times its length.
+THIN_STRIP, ALONG_WALL = 0.5, 2.5
 
 
 @dataclass(frozen=True)
@@ -133,7 +136,38 @@ def _planner(ground: Ground, spec: Specification, level: int, streets: _Streets)
         zigzags=weights.zigzag if spec.zigzags is None else spec.zigzags,
         patterns=patterns,
         clauses=_open(clauses, existing),
+        edge_factor=along_walls(ground, spec.block_width),
     )
+
+
+def along_walls(ground: Ground, width: float) -> FloatArray:
+    """Price streets that run along a wall at less than half a block width.
+
+    Between the street and the wall no house fits: it serves one side only, and the strip is
+    of no use.
+
+    Parameters
+    ----------
+    ground
+        The ground.
+    width
+        Wished block width in metres.
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (e,). Factors of the length.
+    """
+    mesh = ground.mesh
+    factor = np.ones(len(mesh.edges))
+    sides = mesh.lengths[mesh.face_edges]
+    wall = ground.walls[mesh.face_edges]
+    for k in range(4):
+        # the sides next to side k lead from it to the one opposite
+        across = (sides[:, (k + 1) % 4] + sides[:, (k + 3) % 4]) / 2
+        strip = wall[:, (k + 2) % 4] & (across < THIN_STRIP * width)
+        factor[mesh.face_edges[strip, k]] = ALONG_WALL
+    return factor
 
 
 def _block_clauses(
@@ -173,6 +207,7 @@ def _paper(ground: Ground, spec: Specification, level: int, streets: _Streets) -
         zigzags=5.0 if spec.zigzags is None else spec.zigzags,
         patterns=[],
         clauses=[],
+        edge_factor=np.ones(len(ground.mesh.edges)),
     )
 
 
@@ -187,6 +222,7 @@ def _problem(
     zigzags: float,
     patterns: list[Pattern],
     clauses: list[Clause],
+    edge_factor: FloatArray,
 ) -> NetworkProblem:
     """Fill in what both rule sets share."""
     mesh = ground.mesh
@@ -208,7 +244,7 @@ def _problem(
         sinks=streets.sinks,
         length=mesh.lengths / mesh.edge_length,
         required=streets.required,
-        edge_factor=np.ones(len(mesh.edges)),
+        edge_factor=edge_factor,
         weight_length=spec.weight_length,
         weight_distance=spec.weight_distance,
         cover={v: ball for v, ball in cover.items() if ball},

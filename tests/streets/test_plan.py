@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import geopandas as gpd
 import numpy as np
 import pytest
@@ -10,11 +12,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from platwright.errors import CancelledError, InputError
 from platwright.measure import measure_plan, validate_network
+from platwright.mesh.grids import grid
 from platwright.network.specification import FORBID, Specification
 from platwright.network.validation import check_design
 from platwright.progress import Silent
 from platwright.site import AccessPoint, BoundaryStreet
-from platwright.streets import Wishes, design_streets, plan_layers
+from platwright.streets import Wishes, design_streets, plan_layers, survey
+from platwright.streets.program import along_walls
 from shapely.geometry import LineString
 
 from .conftest import UTM, make_site
@@ -281,3 +285,18 @@ def test_every_design_passes_the_independent_check(outline, distance, dead_ends,
     )
     wrong = report.problems[report.problems["severity"] == "error"]
     assert wrong["text"].tolist() == []
+
+
+def test_a_street_along_a_wall_is_dear_where_no_house_fits_between():
+    mesh = grid(2, 3, h=72.0)
+    narrow = mesh.vertices.copy()
+    narrow[:, 0] = np.where(narrow[:, 0] > 72, 102, narrow[:, 0])  # second column 30 m wide
+    mesh = dataclasses.replace(mesh, vertices=narrow)
+    west = LineString([(0, 0), (0, 216)])
+    site = make_site(shapely.box(0, 0, 102, 216), frontage=[west])
+    factor = along_walls(survey(site, mesh, Specification()), 72.0)
+    middle = [mesh.vertices[pair, 0].tolist() == [72, 72] for pair in mesh.edges]
+    assert (factor[middle] == 2.5).all()
+    assert (factor[~np.array(middle)] == 1.0).all()
+    ring = make_site(shapely.box(0, 0, 102, 216))
+    assert (along_walls(survey(ring, mesh, Specification()), 72.0) == 1.0).all()
