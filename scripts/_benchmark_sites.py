@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import geopandas as gpd
@@ -13,6 +14,8 @@ from platwright.measure import measure_plan, validate_network
 from platwright.network.specification import Specification
 from platwright.site import prepare_sites, site_layers
 from platwright.streets import StreetPlan, design_streets, plan_layers
+
+Row = tuple[float, ...]
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -61,11 +64,14 @@ def main() -> None:
             drawn.append((key, *_one(key, file, spec)))
         except PlatwrightError as error:
             print(f"{key}: {error}")
+    _summary([row for *_, row in drawn if row is not None], spec)
     if given.picture is not None:
         _draw(drawn, given.picture, given.block_width)
 
 
-def _one(key: str, file: Path, spec: Specification) -> tuple[StreetPlan, gpd.GeoDataFrame]:
+def _one(
+    key: str, file: Path, spec: Specification
+) -> tuple[StreetPlan, gpd.GeoDataFrame, tuple[Row, Row] | None]:
     """Design one site and print its row, and that of the prototype."""
     names = [name for name, _ in pyogrio.list_layers(file)]
     site, roads = (gpd.read_file(file, layer=name) for name in ("site", "streets"))
@@ -109,11 +115,53 @@ def _one(key: str, file: Path, spec: Specification) -> tuple[StreetPlan, gpd.Geo
             f" prototype: {p[0]} s, bends {p[1]}, T {p[2]}, X {p[3]}, continued {p[4]}, blocks "
             f"{p[5]}, width {p[6]}, good {p[7]}, thin {p[8]}, longest {p[9]}"
         )
-    return plan, roads
+        before = (p[0], p[1], share(p[4]), p[6], p[7], p[8], p[9])
+        now = (
+            seconds,
+            m.bends,
+            continued / max(1, len(own)),
+            m.block_width,
+            m.share_wide_enough,
+            m.share_too_thin,
+            m.block_length,
+        )
+        return plan, roads, (now, before)
+    return plan, roads, None
+
+
+def share(text: str) -> float:
+    """Turn "3/8" into a number."""
+    part, whole = text.split("/")
+    return int(part) / int(whole)
+
+
+def _summary(rows: list[tuple[Row, Row]], spec: Specification) -> None:
+    """Say for each column on how many sites it is as good as the prototype's, and both means.
+
+    Widths are better the nearer they are to the asked one, and a longest block is good enough
+    where it is no longer than asked. How many junctions and blocks there are is neither.
+    """
+    if not rows:
+        return
+    asked, longest = spec.block_width, spec.block_length
+    rules: dict[str, Callable[[float], float]] = {
+        "seconds": lambda v: v,
+        "bends": lambda v: v,
+        "share continued": lambda v: -v,
+        "width": lambda v: abs(v - asked),
+        "share good": lambda v: -v,
+        "share thin": lambda v: v,
+        "longest": lambda v: max(v, longest),
+    }
+    print("column           as good on   mean   prototype's")
+    for k, (name, cost) in enumerate(rules.items()):
+        good = sum(cost(round(now[k], 2)) <= cost(before[k]) + 1e-9 for now, before in rows)
+        means = [sum(pair[i][k] for pair in rows) / len(rows) for i in (0, 1)]
+        print(f"{name:16s} {good:2d} of {len(rows):<2d}  {means[0]:8.2f} {means[1]:8.2f}")
 
 
 def _draw(
-    drawn: list[tuple[str, StreetPlan, gpd.GeoDataFrame]], picture: Path, width: float
+    drawn: list[tuple[str, StreetPlan, gpd.GeoDataFrame, object]], picture: Path, width: float
 ) -> None:
     """Draw all plans side by side."""
     import matplotlib.pyplot as plt
@@ -123,7 +171,7 @@ def _draw(
     _, axes = plt.subplots(rows, columns, figsize=(9 * columns, 9 * rows), squeeze=False)
     for axis in axes.ravel():
         axis.axis("off")
-    for axis, (key, plan, roads) in zip(axes.ravel(), drawn, strict=False):
+    for axis, (key, plan, roads, _) in zip(axes.ravel(), drawn, strict=False):
         axis.set_title(key)
         axis.set_aspect("equal")
         for own in plan.plans:

@@ -95,6 +95,8 @@ class _Outline:
         self.ring = LineString(orient(polygon).exterior)
         self.length = float(self.ring.length)
         self.streets = streets
+        self.holes = shapely.union_all([LineString(ring) for ring in polygon.interiors])
+        self.across = shapely.difference(streets, shapely.buffer(self.holes, ON))
         plain = shapely.get_coordinates(self.ring.simplify(1.0))[:-1]
         ahead = np.roll(plain, -1, axis=0) - plain
         behind = plain - np.roll(plain, 1, axis=0)
@@ -116,6 +118,20 @@ class _Outline:
         """Give unit vectors along the outline, the block on their left."""
         way = self.points(at + TANGENT) - self.points(at - TANGENT)
         return np.asarray(way / np.maximum(np.hypot(*way.T), 1e-9)[:, None])
+
+    def within(self, lines: npt.NDArray[np.object_]) -> BoolArray:
+        """Whether lines stay in the block, save for holes with a street at their edge."""
+        inside = shapely.covers(self.polygon.buffer(ON), lines)
+        if self.holes.is_empty:
+            return np.asarray(inside)
+        over = shapely.covers(Polygon(self.ring).buffer(ON), lines)
+        met, line = shapely.get_coordinates(
+            shapely.intersection(lines, self.holes), return_index=True
+        )
+        off = shapely.distance(shapely.points(met), self.streets) >= ON
+        blocked = np.zeros(len(lines), dtype=np.bool_)
+        blocked[line[off]] = True
+        return np.asarray(inside | (over & ~blocked))
 
     def open(self, at: FloatArray) -> BoolArray:
         """Whether a street may meet the outline there: on a street, clear of corners."""
@@ -174,7 +190,7 @@ def _opposite(outline: _Outline, start: FloatArray, heading: FloatArray) -> Floa
     reach = outline.length / 2
     lines = shapely.linestrings(np.stack([start + heading, start + reach * heading], axis=1))
     hits, ray = shapely.get_coordinates(
-        shapely.intersection(lines, outline.polygon.boundary), return_index=True
+        shapely.intersection(lines, outline.ring), return_index=True
     )
     gap = np.hypot(*(hits - start[ray]).T)
     end = np.full_like(start, np.nan)
@@ -212,14 +228,13 @@ def _checked(
     sines = [np.abs(_cross(way, outline.tangents(a))) for a in (at, far)]
     least = np.sin(np.radians(LEAST_ANGLE))
     good = (sines[0] >= np.where(joint >= 0, 0.5, least)) & (sines[1] >= least)
-    good &= outline.open(far) & (shapely.distance(shapely.points(end), outline.ring) < ON)
+    good &= outline.open(far)
     lines = shapely.linestrings(np.stack([start, end], axis=1))
-    inside = outline.polygon.buffer(ON)
-    good &= shapely.covers(inside, lines)
+    good &= outline.within(lines)
     # a street that ends blind within the block is no outline of it, but is not to be crossed
     short = np.minimum(2 * ON, size / 4)[:, None] * way
     inner = shapely.linestrings(np.stack([start + short, end - short], axis=1))
-    good &= ~shapely.intersects(inner, outline.streets)
+    good &= ~shapely.intersects(inner, outline.across)
     skew = 90 - np.degrees(np.arcsin(np.clip(np.stack(sines), 0, 1))).mean(axis=0)
     return Chords(start, end, np.stack([joint >= 0, snapped], axis=1), skew, joint.copy()).take(
         good

@@ -8,6 +8,7 @@ block; so does this.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,6 +31,8 @@ TOO_LONG = 1.0
 LEAST_WIDTH = 0.25
 #: New streets keep this far from obstacles (metres).
 OBSTACLE_CLEARANCE = 4.0
+#: Pieces of street shorter than this are none (metres).
+SHORT = 0.5
 #: What each further cut that a piece needs counts, and what a junction shortly beside another.
 FURTHER_CUT, STAGGER = 1.0, 0.4
 #: What going on into another street is worth, and into an existing one that asks for it.
@@ -130,7 +133,7 @@ class _Cutter:
                 best = price, k, parts
         if best is None:
             return [polygon]
-        self._keep(ways, best[1])
+        self._keep(polygon, ways, best[1])
         return [part for piece in best[2] for part in self.continue_through(piece)]
 
     def shorten(self, polygon: Polygon) -> None:
@@ -156,7 +159,7 @@ class _Cutter:
                 best = price, k, parts
         if best is None:
             return
-        self._keep(ways, best[1])
+        self._keep(polygon, ways, best[1])
         for part in best[2]:
             self.shorten(part)
 
@@ -200,15 +203,27 @@ class _Cutter:
         lines = shapely.linestrings(np.stack([ways.start, ways.end], axis=1))
         return ways.take(shapely.distance(lines, self.around.blocked) >= OBSTACLE_CLEARANCE)
 
-    def _keep(self, ways: Chords, k: int) -> None:
-        """Build a street; others may go on from its ends, and it is a street to them."""
-        line = ways.line(k)
-        self.found.append(CrossStreet(line, self.asking.get(int(ways.arrival[k]))))
-        self.joints += [Joint((float(x), float(y))) for x, y in line.coords]
-        streets = shapely.union_all([self.around.streets, line])
-        self.around = Surroundings(
-            streets, self.around.ends, self.around.arrivals, self.around.blocked
-        )
+    def _keep(self, polygon: Polygon, ways: Chords, k: int) -> None:
+        """Build a street; others may go on from its ends, and it is a street to them.
+
+        Across a hole with a street at its edge it becomes two, one on each side.
+        """
+        whole = ways.line(k)
+        lines = [whole]
+        if polygon.interiors:
+            ground = Polygon(polygon.exterior).difference(shapely.union_all(_holes(polygon)))
+            lines = [p for p in shapely.get_parts(whole.intersection(ground)) if p.length > SHORT]
+        arrival = self.asking.get(int(ways.arrival[k]))
+        for line in lines:
+            first = math.dist(line.coords[0], whole.coords[0]) < SHORT
+            self.found.append(CrossStreet(line, arrival if first else None))
+            self.joints += [Joint((float(x), float(y))) for x, y in line.coords]
+        streets = shapely.union_all([self.around.streets, *lines])
+        self.around = dataclasses.replace(self.around, streets=streets)
+
+
+def _holes(polygon: Polygon) -> list[Polygon]:
+    return [Polygon(ring) for ring in polygon.interiors]
 
 
 def cut(polygon: Polygon, line: LineString) -> list[Polygon]:

@@ -104,11 +104,20 @@ def test_cross_streets_keep_off_obstacles():
     assert all(c.line.distance(house) >= 4 for c in found)
 
 
+POND = box(100, 15, 180, 45)
+
+
 def test_a_pond_is_not_crossed():
-    pond = box(100, 25, 180, 35)
-    long = box(0, 0, 280, 60).difference(pond)
+    long = box(0, 0, 280, 60).difference(POND)
+    found = cross_streets([block(long)], SPEC, around(LineString(long.exterior)))
+    assert all(not c.line.intersects(POND) for c in found)
+
+
+def test_streets_lead_to_the_street_around_a_pond_from_both_sides():
+    long = box(0, 0, 280, 60).difference(POND)
     found = cross_streets([block(long)], SPEC, around(long.boundary))
-    assert all(not c.line.crosses(pond) for c in found)
+    assert len(found) == 2
+    assert all(c.line.touches(POND) and c.line.length == pytest.approx(15) for c in found)
 
 
 def test_a_street_that_ends_blind_in_the_block_is_not_crossed():
