@@ -29,7 +29,11 @@ BREATH = 0.05
 
 
 def draw_plan(
-    network: LevelledNetwork, spec: Specification, arrivals: Sequence[AccessPoint] = ()
+    network: LevelledNetwork,
+    spec: Specification,
+    arrivals: Sequence[AccessPoint] = (),
+    *,
+    only_mesh: bool = False,
 ) -> SitePlan:
     """Draw the streets and blocks of a chosen network.
 
@@ -41,6 +45,8 @@ def draw_plan(
         What the planner asked; with the planner's rules cross streets are added.
     arrivals
         Existing streets that could be continued.
+    only_mesh
+        Whether streets run along mesh edges only, since somebody drew these.
     """
     ground, level = network.ground, network.level
     alignment = _aligned(ground, level)
@@ -54,7 +60,7 @@ def draw_plan(
     found = blocks(site, lines)
     cross: list[CrossStreet] = []
     exits: frozenset[int] = frozenset()
-    if spec.rules == "planner" and pieces:
+    if spec.rules == "planner" and pieces and not only_mesh:
         cross = cross_streets(found, spec, _surroundings(ground, spec, pieces, joints, arrivals))
     if cross:
         pieces, added = add_cross_streets(pieces, cross, len(ground.mesh.vertices))

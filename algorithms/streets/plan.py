@@ -17,7 +17,7 @@ from ..site.types import AccessPoint, Site
 from .adopt import adopt_streets
 from .drawing import draw_plan
 from .fitting import GOOD_ENOUGH, mesh_choices, plan_misfit, same_mesh
-from .levels import design_levels
+from .levels import LevelledNetwork, design_levels
 from .make_way import make_way
 from .site_plan import SitePlan, StreetPlan
 from .survey import Ground, arriving_streets, survey
@@ -176,7 +176,9 @@ def plan_site(
             if any(same_mesh(one, other) for other in tried):
                 continue
             tried.append(one)
-            plan = _plan_on(site, spec, one, arrivals, wishes, left, progress)
+            network = _network_on(site, spec, one, arrivals, wishes, left, progress)
+            progress.stage(f"{site.name}: drawing streets and blocks", 0.92)
+            plan = draw_plan(network, spec, arrivals, only_mesh=mesh is not None)
         except MeshError as error:
             failure = error
             continue
@@ -209,7 +211,7 @@ def _met(mesh: QuadMesh, arrivals: Sequence[AccessPoint]) -> QuadMesh:
     return dataclasses.replace(mesh, attracted=attracted)
 
 
-def _plan_on(
+def _network_on(
     site: Site,
     spec: Specification,
     mesh: QuadMesh,
@@ -217,17 +219,15 @@ def _plan_on(
     wishes: Wishes | None,
     seconds: float,
     progress: Progress,
-) -> SitePlan:
-    """Design the streets of one site on one mesh."""
+) -> LevelledNetwork:
+    """Choose the streets of one site on one mesh."""
     progress.stage(f"{site.name}: reading the ground", 0.3)
     required = wishes.required if wishes is not None else ()
     mesh, adopted = adopt_streets(mesh, site, required)
     mesh = make_way(mesh, site)
     ground = survey(site, mesh, spec, attracted=arrivals, wishes=wishes, adopted=adopted)
     refine = _refiner(site, spec, arrivals, wishes) if spec.rules == "paper" else None
-    network = design_levels(ground, spec, seconds=seconds, refine=refine, progress=progress)
-    progress.stage(f"{site.name}: drawing streets and blocks", 0.92)
-    return draw_plan(network, spec, arrivals)
+    return design_levels(ground, spec, seconds=seconds, refine=refine, progress=progress)
 
 
 def _misfit(plan: SitePlan, spec: Specification) -> float:
