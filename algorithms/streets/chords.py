@@ -94,9 +94,10 @@ class _Outline:
         self.polygon = polygon
         self.ring = LineString(orient(polygon).exterior)
         self.length = float(self.ring.length)
-        self.streets = streets
+        west, south, east, north = polygon.buffer(1.0).bounds
+        self.streets = shapely.clip_by_rect(streets, west, south, east, north)
         self.holes = shapely.union_all([LineString(ring) for ring in polygon.interiors])
-        self.across = shapely.difference(streets, shapely.buffer(self.holes, ON))
+        self.across = shapely.difference(self.streets, shapely.buffer(self.holes, ON))
         plain = shapely.get_coordinates(self.ring.simplify(1.0))[:-1]
         ahead = np.roll(plain, -1, axis=0) - plain
         behind = plain - np.roll(plain, 1, axis=0)

@@ -20,6 +20,7 @@ from shapely.ops import split
 
 from ..network.problem import FloatArray
 from ..network.specification import Specification
+from ..progress import Progress, Silent
 from ..site.types import AccessPoint
 from .blocks import SCRAP, Block, block_size
 from .chords import Chords, Joint, chords
@@ -80,7 +81,10 @@ class Surroundings:
 
 
 def cross_streets(
-    blocks: Sequence[Block], spec: Specification, around: Surroundings
+    blocks: Sequence[Block],
+    spec: Specification,
+    around: Surroundings,
+    progress: Progress | None = None,
 ) -> list[CrossStreet]:
     """Find the cross streets of a plan.
 
@@ -95,12 +99,25 @@ def cross_streets(
         Wished block size; with a weight of 0 for continuing, nothing is continued.
     around
         Streets, arriving streets and obstacles.
+    progress
+        Asked for cancellation before each block; what is found by then is returned.
     """
+    progress = progress or Silent()
     cutter = _Cutter(spec, around)
     pieces = [block.polygon for block in sorted(blocks, key=lambda b: -b.length)]
     if spec.weight_continue != 0 and around.arrivals:
-        pieces = [part for piece in pieces for part in cutter.continue_through(piece)]
+        near = [shapely.Point(point.xy).buffer(1.0) for point in around.arrivals]
+        asked = shapely.intersects(
+            np.array(pieces, dtype=object), shapely.union_all(np.array(near, dtype=object))
+        )
+        through: list[Polygon] = []
+        for piece, asks in zip(pieces, asked.tolist()):
+            wanted = asks and not progress.cancelled()
+            through += cutter.continue_through(piece) if wanted else [piece]
+        pieces = through
     for piece in pieces:
+        if progress.cancelled():
+            break
         cutter.shorten(piece)
     return cutter.found
 

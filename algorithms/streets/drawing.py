@@ -11,6 +11,7 @@ from shapely.geometry import LineString
 
 from ..network.problem import IntArray
 from ..network.specification import Specification
+from ..progress import Progress
 from ..site.types import AccessPoint, Site
 from .adopt import existing_lines
 from .align import Alignment, align
@@ -34,6 +35,7 @@ def draw_plan(
     arrivals: Sequence[AccessPoint] = (),
     *,
     only_mesh: bool = False,
+    progress: Progress | None = None,
 ) -> SitePlan:
     """Draw the streets and blocks of a chosen network.
 
@@ -47,6 +49,8 @@ def draw_plan(
         Existing streets that could be continued.
     only_mesh
         Whether streets run along mesh edges only, since somebody drew these.
+    progress
+        Asked for cancellation: the cross streets found by then are drawn.
     """
     ground, level = network.ground, network.level
     alignment = _aligned(ground, level)
@@ -61,7 +65,8 @@ def draw_plan(
     cross: list[CrossStreet] = []
     exits: frozenset[int] = frozenset()
     if spec.rules == "planner" and pieces and not only_mesh:
-        cross = cross_streets(found, spec, _surroundings(ground, spec, pieces, joints, arrivals))
+        around = _surroundings(ground, spec, pieces, joints, arrivals)
+        cross = cross_streets(found, spec, around, progress)
     if cross:
         pieces, added = add_cross_streets(pieces, cross, len(ground.mesh.vertices))
         met = _arrivals_met(cross, added)

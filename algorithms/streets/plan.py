@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import CancelledError, InputError, MeshError, PlatwrightError
 from ..mesh import QuadMesh, subdivide
 from ..network.problem import IntArray
-from ..network.specification import Specification
+from ..network.specification import FORBID, Specification
 from ..progress import Deadline, Progress, Silent
 from ..site.types import AccessPoint, Site
 from .adopt import adopt_streets
@@ -25,6 +25,9 @@ from .wishes import Wishes
 
 #: Of two access points nearer than this share of the block width one is continued.
 ARRIVAL_SPACING = 0.5
+#: A site of more than this many blocks is not left without any street; what an end that is blind
+#: then costs (mesh edge lengths).
+LARGE, CUL_DE_SAC_PRICE = 3.0, 1.0
 #: A vertex of a drawn mesh this near to an arriving street meets it (metres).
 MEETS = 3.0
 
@@ -178,7 +181,7 @@ def plan_site(
             tried.append(one)
             network = _network_on(site, spec, one, arrivals, wishes, left, progress)
             progress.stage(f"{site.name}: drawing streets and blocks", 0.92)
-            plan = draw_plan(network, spec, arrivals, only_mesh=mesh is not None)
+            plan = draw_plan(network, spec, arrivals, only_mesh=mesh is not None, progress=progress)
         except MeshError as error:
             failure = error
             continue
@@ -191,11 +194,22 @@ def plan_site(
             best = score, plan
     if best is None:
         raise failure or MeshError(f"No candidate mesh could be made of {site.name}.")
-    if not best[1].segments:
+    if best[1].segments:
+        return best[1]
+    if (
+        spec.dead_ends == FORBID
+        and site.polygon.area > LARGE * spec.block_width * spec.block_length
+    ):
         progress.warn(
-            f"{site.name}: no street is needed: the site is no larger than a few blocks of "
-            f"{spec.block_width:g} m x {spec.block_length:g} m. Ask for smaller blocks."
+            f"{site.name}: no street leads through, since most sides have no road. Streets that "
+            "end blind are allowed instead, as culs-de-sac."
         )
+        again = dataclasses.replace(spec, dead_ends=CUL_DE_SAC_PRICE)
+        return plan_site(site, again, wishes, mesh, deadline.left, progress)
+    progress.warn(
+        f"{site.name}: no street is needed: the site is no larger than a few blocks of "
+        f"{spec.block_width:g} m x {spec.block_length:g} m. Ask for smaller blocks."
+    )
     return best[1]
 
 

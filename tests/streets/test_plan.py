@@ -300,3 +300,25 @@ def test_a_street_along_a_wall_is_dear_where_no_house_fits_between():
     assert (factor[~np.array(middle)] == 1.0).all()
     ring = make_site(shapely.box(0, 0, 102, 216))
     assert (along_walls(survey(ring, mesh, Specification()), 72.0) == 1.0).all()
+
+
+def test_a_site_with_one_way_in_gets_a_cul_de_sac_instead_of_nothing():
+    mouth = LineString([(0, 0), (110, 0)])
+    site = make_site(
+        shapely.box(0, 0, 110, 500),
+        frontage=[mouth],
+        streets=(BoundaryStreet(mouth, "Quay Street"),),
+    )
+    said = Warnings()
+    plan = design_streets([site], Specification(), progress=said).plans[0]
+    assert sum(s.line.length for s in plan.segments) > 250
+    assert {s.level for s in plan.segments} >= {4}
+    assert any("culs-de-sac" in text for text in said.texts)
+
+
+class Warnings(Silent):
+    def __init__(self) -> None:
+        self.texts: list[str] = []
+
+    def warn(self, text: str) -> None:
+        self.texts.append(text)
