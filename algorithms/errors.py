@@ -61,3 +61,36 @@ class MissingDependencyError(PlatwrightError):
 
 class CancelledError(PlatwrightError):
     """The run was cancelled before anything worth keeping existed."""
+
+
+class ServiceError(PlatwrightError):
+    """An online service could not be reached, refused, or answered with something unusable.
+
+    Parameters
+    ----------
+    url
+        Address of the service; credentials in it are not shown.
+    problem
+        What happened, as the rest of a sentence that begins with the service.
+    remedy
+        What to do about it, as a sentence.
+    """
+
+    def __init__(self, url: str, problem: str, remedy: str) -> None:
+        self.url = without_credentials(url)
+        self.problem = problem
+        self.remedy = remedy
+        super().__init__(f"The OpenStreetMap service {self.url} {problem}. {remedy}")
+
+
+def without_credentials(url: str) -> str:
+    """Give an address without the user and password that it may carry.
+
+    Parameters
+    ----------
+    url
+        Any address.
+    """
+    start, slashes, rest = url.partition("://")
+    host, slash, path = rest.partition("/")
+    return f"{start}{slashes}{host.rpartition('@')[2]}{slash}{path}" if slashes else url

@@ -95,7 +95,7 @@ def quadrangulate(
     Examples
     --------
     >>> mesh = quadrangulate(shapely.box(0, 0, 400, 300), 100)
-    >>> len(mesh.faces), mesh.valences.max()
+    >>> len(mesh.faces), int(mesh.valences.max())
     (12, 4)
     """
     progress = progress or Silent()

@@ -11,6 +11,7 @@ import shapely
 from pyproj import CRS
 
 from ..progress import Progress
+from . import osmlines
 from .crs import layer_crs, transformer
 from .roadnetwork import RoadNetwork, build_network
 
@@ -63,6 +64,16 @@ class RoadLayer:
         walk = np.isin(np.char.lower(kinds.astype(str)), list(NOT_STREETS))
         tunnel = ~np.isin(np.char.lower(hidden.astype(str)), ["", "no", "0", "false", "f", "n"])
         line = np.isin(shapely.get_type_id(geometry), (1, 2, 5, 7)) & ~shapely.is_empty(geometry)
+        none = ~line
+        if osmlines.is_osm(frame):
+            other = osmlines.no_street(frame) & ~walk
+            tunnel |= osmlines.in_tunnel(frame)
+            if np.any(line & other):
+                progress.info(
+                    f"Layer '{layer}': {int(np.sum(line & other))} lines of OpenStreetMap that "
+                    "are no streets, such as tracks, streams and outlines, are passed over."
+                )
+            line &= ~other
         use = line & ~walk & ~tunnel
         if np.any(line & ~use):
             progress.info(
@@ -70,9 +81,9 @@ class RoadLayer:
                 f"the like and {int(np.sum(line & tunnel & ~walk))} tunnels are not counted as "
                 "streets."
             )
-        if np.any(~line):
+        if np.any(none):
             progress.info(
-                f"Layer '{layer}': {int(np.sum(~line))} features without a line are passed over."
+                f"Layer '{layer}': {int(np.sum(none))} features without a line are passed over."
             )
         parts, origin = shapely.get_parts(shapely.force_2d(geometry[use]), return_index=True)
         lines = np.isin(shapely.get_type_id(parts), (1, 2)) & (shapely.length(parts) > 0)
