@@ -1,16 +1,13 @@
-"""Imports the Python packages of the library safely inside a QGIS process.
+"""Looks for the Python packages of the library and imports them safely inside QGIS.
 
 The plugin loads and lists its tools without any of them; a tool asks for what it needs when it
-is opened (`missing_text`) and again when it runs (`load`).
-
-On Linux QGIS holds its own GEOS, PROJ and protobuf where every library of the process looks
-first, so compiled packages that bring theirs would call those of QGIS and crash or fail. Their
-first import therefore runs with RTLD_DEEPBIND, which makes a library look at home first.
+is opened (`missing_text`) and again when it runs (`load`). Where packages come from, in this
+order: the folders that PLATWRIGHT_DEPS names, or else the folder in the profile that the
+installer fills; then what Python of QGIS has. How they are imported is told in `guard`.
 """
 
 from __future__ import annotations
 
-import contextlib
 import importlib
 import importlib.machinery
 import importlib.metadata
@@ -18,33 +15,24 @@ import importlib.util
 import os
 import sys
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
+from typing import NamedTuple
 
-from qgis.core import QgsApplication
+from . import guard, installer_folder
+from .guard import LAYERS, OPTIONAL, OSM, PACKAGES, SOLVERS
+
+__all__ = ["LAYERS", "OPTIONAL", "OSM", "PACKAGES", "SOLVERS", "load", "missing", "missing_text"]
 
 #: Names one or more folders with packages, for development and for runs without a window.
 ENVIRONMENT_VARIABLE = "PLATWRIGHT_DEPS"
-
-#: What a tool may ask for: import name -> (name to install, least version, modules to load).
-PACKAGES: dict[str, tuple[str, str, tuple[str, ...]]] = {
-    "numpy": ("numpy", "1.22", ()),
-    "scipy": ("scipy", "1.9", ("scipy.optimize", "scipy.sparse")),
-    "shapely": ("shapely", "2.0", ("shapely.lib",)),
-    "pyproj": ("pyproj", "3.4", ()),
-    "pyogrio": ("pyogrio", "0.7", ("pyogrio._io", "pyogrio._geometry")),
-    "geopandas": ("geopandas", "0.14", ()),
-    "networkx": ("networkx", "2.8", ()),
-    "pulp": ("pulp", "3.1", ()),
-    "highspy": ("highspy", "1.12", ()),
-    "ortools": ("ortools", "9.10", ("ortools.sat.python.cp_model",)),
-}
-#: What every tool needs to read and write layers.
-LAYERS = ("numpy", "scipy", "shapely", "pyproj", "geopandas")
-#: What a tool needs that solves integer programs.
-SOLVERS = ("networkx", "pulp", "highspy")
-#: Imported where installed, so that it is bound to its own libraries; never demanded.
-OPTIONAL = ("pyogrio", "ortools")
+#: "always" runs every tool in a process of its own, see `worker`; "never" none.
+WORKER_VARIABLE = "PLATWRIGHT_WORKER"
+#: Where packages are installed, as a planner finds it.
+WAY_OUT = (
+    "Install them in Settings > Options > Platwright, or with the tool 'Install Python packages' "
+    "(qgis_process run platwright:installdependencies --CONSENT=true)."
+)
 
 _lock = threading.RLock()
 _loaded: set[str] = set()
@@ -55,15 +43,32 @@ class DependencyError(Exception):
     """A package is missing or cannot work in this process; the text says what to do."""
 
 
-def profile_folder() -> Path:
-    """Return the folder in the user's QGIS profile that may hold the packages."""
-    return Path(QgsApplication.qgisSettingsDirPath()) / "platwright" / "packages"
+class ClashError(DependencyError):
+    """A package was loaded before us, bound to the libraries of QGIS; see `worker`."""
+
+
+class Found(NamedTuple):
+    """Where a package was found.
+
+    Attributes
+    ----------
+    version
+        Its version, "?" where it has no record, or empty where it was not found.
+    place
+        "Platwright" for a folder of our own, "QGIS" for what its Python has, or empty.
+    """
+
+    version: str
+    place: str
 
 
 def folders() -> list[str]:
     """Return the existing folders that are searched before Python's own, in their order."""
     given = [f for f in os.environ.get(ENVIRONMENT_VARIABLE, "").split(os.pathsep) if f]
-    return [f for f in given or [str(profile_folder())] if Path(f).is_dir()]
+    if not given:
+        current = installer_folder.current()
+        given = [str(current)] if current is not None else []
+    return [f for f in given if Path(f).is_dir()]
 
 
 def _extend_path() -> None:
@@ -75,33 +80,37 @@ def _extend_path() -> None:
             importlib.invalidate_caches()
 
 
-def _version(text: str) -> tuple[int, ...]:
-    digits = []
-    for part in text.split(".")[:3]:
-        number = "".join(c for c in part if c.isdigit())
-        digits.append(int(number) if number else 0)
-    return tuple(digits)
-
-
-def missing(packages: Iterable[str]) -> list[str]:
-    """Return, for each package that is absent or too old, what to install.
+def look(name: str) -> Found:
+    """Return the version and the place of a package.
 
     Nothing is imported and `sys.path` stays as it is, so that this may be asked at any time.
     """
-    search = [*folders(), *sys.path]
+    ours = folders()
+    search = [*ours, *sys.path]
+    spec = importlib.machinery.PathFinder.find_spec(name, search)
+    if spec is None and name not in sys.modules:
+        return Found("", "")
+    origin = str((spec.origin if spec else None) or "")
+    place = "Platwright" if any(origin.startswith(folder) for folder in ours) else "QGIS"
+    records = importlib.metadata.distributions(name=PACKAGES[name].install, path=search)
+    # Importable but without a record, as in some bundles of QGIS: let it try.
+    return Found(next((record.version for record in records), "?"), place)
+
+
+def missing(packages: Iterable[str]) -> list[str]:
+    """Return, for each package that is absent or has a wrong version, what to install."""
     wanted = []
     for name in packages:
-        install, least, _ = PACKAGES[name]
         if name in sys.modules:
             continue
-        if importlib.machinery.PathFinder.find_spec(name, search) is None:
-            wanted.append(f"{install} (version {least} or newer)")
-            continue
-        records = importlib.metadata.distributions(name=install, path=search)
-        # Importable but without a record, as in some bundles of QGIS: let it try.
-        found = next((record.version for record in records), least)
-        if _version(found) < _version(least):
-            wanted.append(f"{install} (version {least} or newer, found {found})")
+        package = PACKAGES[name]
+        text = f"version {package.least} or newer"
+        text += f", below {package.below}" if package.below else ""
+        found = look(name)
+        if not found.version:
+            wanted.append(f"{package.install} ({text})")
+        elif found.version != "?" and not guard.fits(name, found.version):
+            wanted.append(f"{package.install} ({text}, found {found.version})")
     return wanted
 
 
@@ -110,56 +119,51 @@ def missing_text(packages: Iterable[str]) -> str:
     wanted = missing(packages)
     if not wanted:
         return ""
+    other, this = installer_folder.of_other_python(), installer_folder.this_python()
+    reason = f"They were installed for Python {other}, and QGIS now has {this}. " if other else ""
     return (
         f"This tool needs Python packages that were not found: {', '.join(wanted)}. "
-        f"Install them with pip into the folder {profile_folder()} "
-        "(pip install --target FOLDER --no-deps keeps the packages of QGIS as they are) or set "
-        f"the environment variable {ENVIRONMENT_VARIABLE} to the folder that has them, and "
-        "start QGIS again."
+        f"{reason}{WAY_OUT}"
     )
 
 
-@contextlib.contextmanager
-def _bound_at_home() -> Iterator[None]:
-    """Make libraries that are loaded in the block look for symbols in themselves first."""
-    if not (sys.platform.startswith("linux") and hasattr(os, "RTLD_DEEPBIND")):
-        yield
-        return
-    before = sys.getdlopenflags()
-    sys.setdlopenflags(os.RTLD_NOW | os.RTLD_DEEPBIND)
-    try:
-        yield
-    finally:
-        sys.setdlopenflags(before)
+def notice(tools: Iterable[tuple[str, Iterable[str]]]) -> str:
+    """Return one sentence on what is missing for which tools, or an empty text.
 
-
-def _import(name: str) -> None:
-    with _bound_at_home():
-        importlib.import_module(name)
-        for module in PACKAGES[name][2]:
-            importlib.import_module(module)
+    Parameters
+    ----------
+    tools
+        Title of each tool and the packages that it needs.
+    """
+    all_missing: dict[str, list[str]] = {}
+    total = 0
+    for title, needs in tools:
+        needed = tuple(needs)
+        total += bool(needed)
+        for name in needed:
+            if missing((name,)):
+                all_missing.setdefault(PACKAGES[name].install, []).append(title)
+    if not all_missing:
+        return ""
+    names = sorted(all_missing)
+    titles = sorted({title for some in all_missing.values() for title in some})
+    which = "all its tools" if len(titles) == total else ", ".join(titles)
+    amount = "a Python package" if len(names) == 1 else f"{len(names)} Python packages"
+    return (
+        f"Platwright needs {amount} that {'is' if len(names) == 1 else 'are'} not installed "
+        f"({', '.join(names)}), for {which}."
+    )
 
 
 def _self_test() -> None:
-    """Raise `DependencyError` where shapely or pyproj was bound to the libraries of QGIS."""
-    import pyproj
-    import shapely
-
-    advice = (
-        "Another plugin has probably loaded it before Platwright could. Start QGIS again and "
-        "run a Platwright tool first, or switch the other plugin off."
-    )
-    try:
-        shapely.to_wkb(shapely.box(0, 0, 1, 1))
-        shapely.intersection(shapely.box(0, 0, 2, 2), shapely.box(1, 1, 3, 3), grid_size=0.1)
-    except Exception as error:
-        msg = f"The package shapely does not work in this QGIS ({error}). {advice}"
-        raise DependencyError(msg) from error
-    try:
-        pyproj.Transformer.from_crs(4326, 32635, always_xy=True).transform(25.0, 60.0)
-    except Exception as error:
-        msg = f"The package pyproj does not work in this QGIS ({error}). {advice}"
-        raise DependencyError(msg) from error
+    """Raise `ClashError` where shapely or pyproj was bound to the libraries of QGIS."""
+    text = guard.trial()
+    if text:
+        msg = (
+            f"{text} Another plugin has probably loaded it before Platwright could. Start QGIS "
+            "again and run a Platwright tool first, or switch the other plugin off."
+        )
+        raise ClashError(msg)
 
 
 def _keep_proj_context() -> None:
@@ -178,6 +182,33 @@ def _keep_proj_context() -> None:
         _proj_contexts.append(manager)
 
 
+def _with_extras(packages: Iterable[str]) -> set[str]:
+    """Return packages with those that are optional beside them and installed."""
+    wanted = set(packages)
+    for name, beside in OPTIONAL.items():
+        if beside in wanted and importlib.util.find_spec(name) is not None:
+            wanted.add(name)
+    return wanted
+
+
+def _loaded_too_old(packages: Iterable[str]) -> str:
+    """Return what is to be said of packages that others have loaded in a wrong version."""
+    for name in packages:
+        found = str(getattr(sys.modules.get(name), "__version__", ""))
+        if name not in _loaded and found and not guard.fits(name, found):
+            return (
+                f"Another plugin has loaded {name} {found}, and Platwright needs "
+                f"{PACKAGES[name].least} or newer. Start QGIS again and run a Platwright tool "
+                "first, or switch the other plugin off."
+            )
+    return ""
+
+
+def in_use() -> bool:
+    """Tell whether this process has loaded packages, and must start again to see others."""
+    return bool(_loaded)
+
+
 def load(packages: Iterable[str] = LAYERS) -> None:
     """Import `packages`, each bound to its own libraries, and try them out once.
 
@@ -186,29 +217,39 @@ def load(packages: Iterable[str] = LAYERS) -> None:
     Raises
     ------
     DependencyError
-        A package is missing, too old, or fails its trial.
+        A package is missing or has a wrong version.
+    ClashError
+        A package was loaded by others in a way that it cannot work here.
     """
     packages = tuple(packages)
+    if not packages:
+        return
     with _lock:
         text = missing_text(packages)
         if text:
             raise DependencyError(text)
+        if os.environ.get(WORKER_VARIABLE) == "always":
+            msg = f"The environment variable {WORKER_VARIABLE} asks for it."
+            raise ClashError(msg)
+        text = _loaded_too_old(packages)
+        if text:
+            raise ClashError(text)
         _extend_path()
-        for name in OPTIONAL:
-            if name not in _loaded and importlib.util.find_spec(name) is not None:
-                packages = (*packages, name)
-        # numpy first; ortools and pyogrio before whatever would pull them in unguarded.
-        for name in (n for n in PACKAGES if n in packages and n not in _loaded):
+        wanted = _with_extras(packages)
+        for name in (n for n in PACKAGES if n in wanted and n not in _loaded):
             try:
-                _import(name)
-            except ImportError as error:
-                if name in OPTIONAL:
+                guard.import_package(name)
+            except Exception as error:
+                if name in OPTIONAL and name not in packages:
                     _loaded.add(name)
                     continue
-                msg = f"The package {name} is installed but cannot be loaded ({error})."
-                raise DependencyError(msg) from error
-            _loaded.add(name)
+                msg = (
+                    f"The package {name} is installed but cannot be loaded ({error}). Start QGIS "
+                    f"again; if that does not help, install the packages afresh. {WAY_OUT}"
+                )
+                raise ClashError(msg) from error
             if name == "geopandas":
                 _self_test()
+            _loaded.add(name)
         if "pyproj" in _loaded:
             _keep_proj_context()

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 from qgis.core import QgsApplication
 
 from .provider import PlatwrightProvider
 
+if TYPE_CHECKING:
+    from .settings_page import SettingsPageFactory
+
 
 class PlatwrightPlugin:
-    """Adds the Processing provider and takes it away again.
+    """Adds the Processing provider and the settings page, and takes them away again.
 
     Parameters
     ----------
@@ -16,22 +21,36 @@ class PlatwrightPlugin:
         The interface of the QGIS window, or None in `qgis_process`.
     """
 
-    def __init__(self, iface=None):
+    def __init__(self, iface: Any = None) -> None:
         self.iface = iface
         self.provider: PlatwrightProvider | None = None
+        self.page: SettingsPageFactory | None = None
 
     def initProcessing(self) -> None:
         """Add the provider; the only hook that `qgis_process` calls."""
         if self.provider is None:
             self.provider = PlatwrightProvider()
             QgsApplication.processingRegistry().addProvider(self.provider)
+            # Once more, for the models: the tools that they are made of are known from here on.
+            self.provider.refreshAlgorithms()
 
     def initGui(self) -> None:
-        """Add the provider in a QGIS window."""
+        """Add everything in a QGIS window, and say once which packages are missing."""
+        # Not above: `qgis_process` has no window and may lack the libraries for one.
+        from . import notice
+        from .settings_page import SettingsPageFactory
+
         self.initProcessing()
+        self.page = SettingsPageFactory()
+        self.iface.registerOptionsWidgetFactory(self.page)
+        if self.provider is not None:
+            notice.tell(self.iface, self.provider.algorithms())
 
     def unload(self) -> None:
-        """Take the provider away."""
+        """Take everything away."""
+        if self.page is not None:
+            self.iface.unregisterOptionsWidgetFactory(self.page)
+            self.page = None
         if self.provider is not None:
             QgsApplication.processingRegistry().removeProvider(self.provider)
             self.provider = None
