@@ -2,19 +2,40 @@
 
 from __future__ import annotations
 
+import argparse
 import configparser
+import shutil
+import subprocess
 import sys
 import zipfile
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
+from check_zip import FOLDER, ROOT, form_findings, scanner_findings
+
 FILES = ("__init__.py", "metadata.txt", "LICENSE", "README.md", "CHANGELOG.md", "requirements.txt")
-FOLDERS = ("algorithms", "plugin")
-SKIPPED = {"__pycache__", ".DS_Store"}
-#: The QGIS plugin repository takes no more.
-MAX_BYTES = 25 * 1024 * 1024
+#: Everything below them is shipped: code, icons, styles, help pictures, models, sample data.
+FOLDERS = ("algorithms", "data", "plugin")
+#: What an editor, a file manager or Python leaves behind; matters where git cannot be asked.
+LEFT_BEHIND = ("*.pyc", "*.pyo", "*~", "*.orig", "*.rej", "*.gpkg-shm", "*.gpkg-wal", "*.qgz~")
 #: A fixed date in every entry, so that equal trees give equal zips.
 DATE = (2020, 1, 1, 0, 0, 0)
+
+
+def known_files() -> list[Path]:
+    """Return the files below the shipped folders that git tracks or would track.
+
+    Without git, as in an unpacked archive of the sources, all but what is left behind.
+    """
+    if shutil.which("git") and (ROOT / ".git").exists():
+        done = subprocess.run(
+            ["git", "-C", str(ROOT), "ls-files", "-z", "--cached", "--others",
+             "--exclude-standard", "--", *FOLDERS],
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        if done.returncode == 0:
+            return [Path(name) for name in done.stdout.split("\0") if name]
+    found = [path.relative_to(ROOT) for folder in FOLDERS for path in (ROOT / folder).rglob("*")]
+    return [path for path in found if not any(part.startswith(".") for part in path.parts)]
 
 
 def shipped_files() -> list[Path]:
@@ -22,33 +43,43 @@ def shipped_files() -> list[Path]:
     missing = [name for name in (*FILES, *FOLDERS) if not (ROOT / name).exists()]
     if missing:
         sys.exit(f"package: missing: {', '.join(missing)}")
-    found = [Path(name) for name in FILES]
-    for folder in FOLDERS:
-        found += [
-            path.relative_to(ROOT)
-            for path in (ROOT / folder).rglob("*")
-            if path.is_file() and not SKIPPED & set(path.parts) and path.suffix != ".pyc"
-        ]
-    return sorted(found)
+    found = {
+        path
+        for path in known_files()
+        if (ROOT / path).is_file()
+        and "__pycache__" not in path.parts
+        and not any(path.match(pattern) for pattern in LEFT_BEHIND)
+    }
+    return sorted(found | {Path(name) for name in FILES})
 
 
-def main() -> None:
-    """Write the zip into the folder given as the first argument."""
-    metadata = configparser.ConfigParser(interpolation=None)
-    metadata.read(ROOT / "metadata.txt", encoding="utf-8")
-    folder = Path(sys.argv[1])
-    folder.mkdir(parents=True, exist_ok=True)
-    target = folder / f"platwright-{metadata['general']['version']}.zip"
+def write(target: Path) -> None:
+    """Write the zip."""
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
         for path in shipped_files():
-            entry = zipfile.ZipInfo(f"platwright/{path.as_posix()}", DATE)
+            entry = zipfile.ZipInfo(f"{FOLDER}/{path.as_posix()}", DATE)
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.external_attr = 0o644 << 16
             archive.writestr(entry, (ROOT / path).read_bytes())
-    size = target.stat().st_size
-    if size > MAX_BYTES:
+
+
+def main() -> None:
+    """Write the zip into a folder; leave none there that would be refused."""
+    parser = argparse.ArgumentParser(prog="package", description=__doc__)
+    parser.add_argument("folder", nargs="?", type=Path, default=ROOT / "dist")
+    parser.add_argument("--check", action="store_true", help="run the site's scanners, too")
+    options = parser.parse_args()
+    metadata = configparser.ConfigParser()
+    metadata.read(ROOT / "metadata.txt", encoding="utf-8")
+    options.folder.mkdir(parents=True, exist_ok=True)
+    target = options.folder / f"{FOLDER}-{metadata['general']['version']}.zip"
+    write(target)
+    findings = form_findings(target)
+    if options.check:
+        findings += scanner_findings(target)
+    if findings:
         target.unlink()
-        sys.exit(f"package: {size / 1e6:.1f} MB is more than the 25 MB that QGIS accepts")
+        sys.exit("\n".join(["package: the plugin repository would refuse this:", *findings]))
     print(target)
 
 

@@ -18,6 +18,8 @@ MAY_IMPORT = {
     "mesh": {"site"},
     "network": {"site", "mesh"},
     "streets": {"site", "mesh", "network"},
+    # Brings data in, and knows nothing of designs.
+    "osm": {"site"},
     # Reads results, so it must not know how they came about.
     "measure": {"site"},
 }
@@ -28,7 +30,7 @@ DECLARED = {
     "shapely",
 }  # fmt: skip
 #: Packages that the library may use where they happen to be installed.
-OPTIONAL = {"gmsh"}
+OPTIONAL = {"gmsh", "osmium", "osmnx", "requests"}
 
 
 def imports(path: Path) -> Iterator[tuple[ast.AST, int, str]]:

@@ -12,7 +12,7 @@ import pytest
 
 from house import ROOT
 
-COMMANDS = ["setup", "demo", "test", "benchmark", "package", "make_sample"]
+COMMANDS = ["setup", "demo", "test", "benchmark", "package", "make_sample", "qgis-debian13"]
 #: Files that git would take, however it is asked: text only.
 TEXT = {
     ".py", ".md", ".toml", ".txt", ".cff", ".json", ".sh", ".svg", ".qml", ".yml", ".yaml", "",
