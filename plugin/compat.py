@@ -41,9 +41,14 @@ def _wkb(name: str) -> Any:
 SOURCE_POLYGON = _source("VectorPolygon")
 SOURCE_LINE = _source("VectorLine")
 SOURCE_POINT = _source("VectorPoint")
+SOURCE_TABLE = _source("Vector")
+#: What those are called.
+SOURCE_NAMES = {SOURCE_POLYGON: "polygon", SOURCE_LINE: "line", SOURCE_POINT: "point"}
 
 #: Geometry types of the output layers by the names that `fields` uses.
-WKB = {name: _wkb(name) for name in ("Point", "LineString", "Polygon", "MultiPolygon")}
+WKB = {
+    name: _wkb(name) for name in ("Point", "LineString", "Polygon", "MultiPolygon", "NoGeometry")
+}
 
 NUMBER_FLOAT = _first(
     "Qgis.ProcessingNumberParameterType.Double", "QgsProcessingParameterNumber.Type.Double"
@@ -51,12 +56,21 @@ NUMBER_FLOAT = _first(
 NUMBER_INTEGER = _first(
     "Qgis.ProcessingNumberParameterType.Integer", "QgsProcessingParameterNumber.Type.Integer"
 )
+#: Limits of a number that are this large are none.
+NO_LIMIT = 1e300
 ADVANCED = _first(
     "Qgis.ProcessingParameterFlag.Advanced", "QgsProcessingParameterDefinition.Flag.FlagAdvanced"
 )
+OPTIONAL = _first(
+    "Qgis.ProcessingParameterFlag.Optional", "QgsProcessingParameterDefinition.Flag.FlagOptional"
+)
+POSITIVE_NUMBER = _first("QgsPropertyDefinition.StandardPropertyTemplate.DoublePositive")
 SKIP_VALIDITY_CHECK = _first(
     "Qgis.ProcessingFeatureSourceFlag.SkipGeometryValidityChecks",
     "QgsProcessingFeatureSource.Flag.FlagSkipGeometryValidityChecks",
+)
+FOLDER = _first(
+    "Qgis.ProcessingFileParameterBehavior.Folder", "QgsProcessingParameterFile.Behavior.Folder"
 )
 FAST_INSERT = _first("QgsFeatureSink.Flag.FastInsert")
 MILLIMETRES = _first("Qgis.RenderUnit.Millimeters", "QgsUnitTypes.RenderUnit.RenderMillimeters")

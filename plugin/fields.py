@@ -37,7 +37,7 @@ class LayerKind:
     fields
         The fields, in their order.
     style
-        Name of the style in `styles`.
+        Name of the style in `styles`; empty for a table, whose geometry is "NoGeometry".
     """
 
     key: str
@@ -214,4 +214,125 @@ FACES = LayerKind(
         Field("scaled_jacobian", "number", "1 for right angles, 0 where the face degenerates"),
     ),
     "faces",
+)
+BOUNDARIES = LayerKind(
+    "boundaries",
+    "Boundaries",
+    "MultiPolygon",
+    (
+        Field("rank", "integer", "1 for the best candidate"),
+        Field("name", "text", "name, empty where it has none"),
+        Field("display_name", "text", "name with the names of what it lies in"),
+        Field("kind", "text", "what it is: administrative, square, railway, park..."),
+        Field("admin_level", "integer", "2 state ... 8 town, 10 quarter; differs by country"),
+        Field("osm_id", "text", "OpenStreetMap id: R relation, W way"),
+        Field("area_ha", "number", "area in hectares"),
+        Field("match", "text", "how it was found"),
+        Field("same_as", "text", "ids of other things in OpenStreetMap on the same ground"),
+    ),
+    "boundaries",
+)
+_OSM_ID = Field("osm_id", "text", "id in OpenStreetMap: N node, W way, R relation, and its number")
+_OSM_NAME = Field("name", "text", "name, where it has one")
+OSM_STREETS = LayerKind(
+    "streets",
+    "OSM streets",
+    "LineString",
+    (
+        _OSM_ID,
+        Field("highway", "text", "class of the street, as in OpenStreetMap"),
+        Field("level", "integer", "1 major, 2 collector, 3 local, 4 service way or path"),
+        Field("speed_kmh", "number", "speed limit in km/h, where it is mapped"),
+        Field("lanes", "integer", "number of lanes, where it is mapped"),
+        Field("oneway", "yes/no", "whether traffic goes along the line only"),
+        Field("name", "text", "name or, without one, number of the road"),
+        Field("length_m", "number", "length in metres on the ground"),
+        Field("bridge", "text", "kind of bridge, empty where it is none"),
+        Field("tunnel", "text", "kind of tunnel, empty where it is none"),
+    ),
+    "osm_streets",
+)
+INTERSECTIONS = LayerKind(
+    "intersections",
+    "Intersections",
+    "Point",
+    (
+        _OSM_ID,
+        Field("street_count", "integer", "number of streets that meet here"),
+        Field("kind", "text", "junction or dead end"),
+    ),
+    "intersections",
+)
+BUILDINGS = LayerKind(
+    "buildings",
+    "Buildings",
+    "MultiPolygon",
+    (
+        _OSM_ID,
+        Field("kind", "text", "use of the building as in OpenStreetMap; yes where nobody said"),
+        _OSM_NAME,
+        Field("height_m", "number", "height in metres, as mapped or 3 m for each storey"),
+        Field("levels", "number", "number of storeys, where it is mapped"),
+        Field("height_from", "text", "what height_m comes from: height, levels, or nothing"),
+    ),
+    "buildings",
+)
+LANDUSE = LayerKind(
+    "landuse",
+    "Land use",
+    "MultiPolygon",
+    (
+        _OSM_ID,
+        Field(
+            "theme",
+            "text",
+            "housing, work, development, public, transport, green, farming, water, other",
+        ),
+        Field("kind", "text", "use of the land, as in OpenStreetMap"),
+        _OSM_NAME,
+    ),
+    "landuse",
+)
+OSM_OBSTACLES = LayerKind(
+    "obstacles",
+    "OSM obstacles",
+    "MultiPolygon",
+    (
+        _OSM_ID,
+        Field(
+            "kind",
+            "text",
+            "water, sea, green, rail, motorway, airfield, military, wall or cliff",
+        ),
+        _OSM_NAME,
+    ),
+    "osm_obstacles",
+)
+FIGURES = LayerKind(
+    "figures",
+    "Figures of the design",
+    "NoGeometry",
+    (
+        Field("design", "text", "name of the design"),
+        Field("site_area_ha", "number", "area of the site in hectares"),
+        Field("length_m", "number", "length of the new streets in metres"),
+        Field("density_mha", "number", "length of the new streets per hectare of the site, m/ha"),
+        Field("mean_way_m", "number", "mean way out of the site, m"),
+        Field("longest_way_m", "number", "longest way out of the site, m"),
+        Field("continued", "integer", "existing streets that go on into the site"),
+        Field("arriving", "integer", "existing streets that arrive at it"),
+        Field("bends", "integer", "turns over 20 degrees between junctions"),
+        Field("t_junctions", "integer", "inner junctions of three streets"),
+        Field("crossings", "integer", "inner junctions of four or more streets"),
+        Field("blocks", "integer", "number of blocks"),
+        Field("block_area_ha", "number", "median area of the blocks in hectares"),
+        Field("block_width_m", "number", "median width of the blocks, m"),
+        Field("block_length_m", "number", "longest side of a block, m"),
+        Field("wide_enough_pct", "number", "blocks of 76 to 111 % of the asked width, in %"),
+        Field("too_thin_pct", "number", "blocks under 62 % of the asked width, in %"),
+        Field("rectangular_pct", "number", "mean share of a block in its smallest rectangle, %"),
+        Field("violations", "integer", "broken rules"),
+        Field("warnings", "integer", "warnings"),
+    ),
+    "",
 )

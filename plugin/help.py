@@ -1,14 +1,32 @@
-"""The help of a tool, written from its own declarations."""
+"""The help of a tool, written from its own declarations.
+
+`describe` gathers what a tool declares; the help panel of QGIS and the reference pages of the
+documentation are both written from it, so that neither can say anything else.
+"""
 
 from __future__ import annotations
 
 import html
+import textwrap
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
-from qgis.core import QgsProcessingParameterDefinition
+from qgis.core import (
+    QgsProcessingParameterDefinition,
+    QgsProcessingParameterEnum,
+    QgsProcessingParameterNumber,
+)
+from qgis.PyQt.QtCore import QUrl
 
-from .fields import LayerKind
+from . import compat
+from .fields import Field, LayerKind
+
+#: Where the pictures lie: `<tool>.png`, as wide as the help panel, drawn by scripts/docs.
+PICTURES = Path(__file__).with_name("pictures")
+#: Width of lines in a terminal.
+TERMINAL = 88
 
 
 @dataclass(frozen=True)
@@ -29,6 +47,10 @@ class About:
         What it does, in one sentence.
     paragraphs
         What a planner should know before the first run.
+    picture
+        What is to be seen in its picture, if it has one.
+    references
+        Papers and sources, by their keys in `REFERENCES`.
     """
 
     name: str
@@ -37,46 +59,204 @@ class About:
     tags: tuple[str, ...]
     summary: str
     paragraphs: tuple[str, ...] = ()
+    picture: str = ""
+    references: tuple[str, ...] = ()
 
 
 #: Groups of the toolbox in the order of the work.
-GROUPS = {"site": "1 Site", "streets": "2 Streets", "measure": "6 Measure"}
+GROUPS = {
+    "site": "1 Site",
+    "streets": "2 Streets",
+    "measure": "6 Measure",
+    "setup": "9 Set-up",
+    "models": "Models",
+}
+
+#: What tools refer to.
+REFERENCES = {
+    "CND": (
+        "C.-H. Peng, Y.-L. Yang, F. Bao, D. Fink, D.-M. Yan, P. Wonka, N. J. Mitra, "
+        "Computational network design from functional specifications, "
+        "ACM Transactions on Graphics 35(4), 2016."
+    ),
+    "OSMNX": (
+        "G. Boeing, Modeling and analyzing urban networks and amenities with OSMnx, "
+        "Geographical Analysis 57(4), 2025."
+    ),
+}
+
+#: Ends of field names and the unit that they stand for.
+_UNITS = {
+    "m": "m",
+    "m2": "m²",
+    "ha": "ha",
+    "mha": "m/ha",
+    "pct": "%",
+    "kmh": "km/h",
+    "deg": "degrees",
+    "s": "s",
+}
 
 
-def _rows(entries: Iterable[tuple[str, str]]) -> str:
-    rows = "".join(
-        f"<li><b>{html.escape(name)}</b>: {html.escape(text)}</li>" for name, text in entries
-    )
-    return f"<ul>{rows}</ul>"
+@dataclass(frozen=True)
+class Input:
+    """One input: its key, texts, what values it takes, and whether it is behind Advanced."""
+
+    key: str
+    title: str
+    kind: str
+    default: str
+    text: str
+    advanced: bool
+    per_feature: bool
 
 
-def help_html(
+@dataclass(frozen=True)
+class Description:
+    """Everything that a tool declares, ready to be written in any form.
+
+    Attributes
+    ----------
+    about
+        What the tool says of itself.
+    inputs
+        Its inputs in the order of the dialog.
+    layers
+        Its output layers by key.
+    numbers
+        What its numeric outputs say, by key.
+    """
+
+    about: About
+    inputs: tuple[Input, ...]
+    layers: Mapping[str, LayerKind]
+    numbers: Mapping[str, str]
+
+    @property
+    def picture(self) -> Path | None:
+        """The picture of the tool, or None where it has none."""
+        path = PICTURES / f"{self.about.name}.png"
+        return path if path.is_file() else None
+
+    @property
+    def references(self) -> tuple[str, ...]:
+        """The sources in full."""
+        return tuple(REFERENCES[key] for key in self.about.references)
+
+
+def unit_of(field: Field) -> str:
+    """Return the unit of a field, which is the last part of its name; empty where it has none."""
+    return _UNITS.get(field.name.rpartition("_")[2], "") if field.kind == "number" else ""
+
+
+def describe(
     about: About,
     parameters: Iterable[QgsProcessingParameterDefinition],
     layers: Mapping[str, LayerKind],
     numbers: Mapping[str, str],
-) -> str:
-    """Return the help text of a tool as HTML.
+) -> Description:
+    """Gather what a tool declares.
 
     Parameters
     ----------
     about
         What the tool says of itself.
     parameters
-        Its parameters, with their help.
+        Its parameters, with their help; outputs among them are left out.
     layers
-        Its output layers by their keys; their fields are listed.
+        Its output layers by their keys.
     numbers
         What its numeric outputs say, by their keys.
     """
-    described = [p for p in parameters if not p.isDestination()]
+    inputs = tuple(_input(p) for p in parameters if not p.isDestination())
+    return Description(about, inputs, layers, numbers)
+
+
+def _input(definition: QgsProcessingParameterDefinition) -> Input:
+    default = definition.defaultValue()
+    return Input(
+        key=definition.name(),
+        title=definition.description(),
+        kind=_kind(definition),
+        default="" if default is None else _plain(default),
+        text=definition.help(),
+        advanced=bool(definition.flags() & compat.ADVANCED),
+        per_feature=bool(definition.isDynamic()),
+    )
+
+
+def _plain(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, (int, float)) else str(value)
+
+
+def _kind(definition: QgsProcessingParameterDefinition) -> str:
+    """Say which values a parameter takes."""
+    if isinstance(definition, QgsProcessingParameterEnum):
+        return " / ".join(definition.options())
+    if isinstance(definition, QgsProcessingParameterNumber):
+        whole = definition.dataType() == compat.NUMBER_INTEGER
+        low, high = definition.minimum(), definition.maximum()
+        limits = [f"at least {low:g}"] if low > -compat.NO_LIMIT else []
+        limits += [f"at most {high:.10g}"] if high < compat.NO_LIMIT else []
+        return ", ".join(["whole number" if whole else "number", *limits])
+    if definition.type() == "source":
+        names = [compat.SOURCE_NAMES.get(kind, "any") for kind in definition.dataTypes()]
+        return f"layer ({' or '.join(names)})" if names else "layer"
+    return {"string": "text", "boolean": "yes / no", "crs": "CRS"}.get(
+        definition.type(), definition.type()
+    )
+
+
+def help_html(described: Description) -> str:
+    """Return the help of a tool for the panel beside its dialog."""
+    about = described.about
     parts = [f"<p>{html.escape(about.summary)}</p>"]
+    if described.picture is not None:
+        source = QUrl.fromLocalFile(str(described.picture)).toString()
+        parts.append(f'<p><img src="{html.escape(source)}"></p>')
+        parts.append(f"<p><i>{html.escape(about.picture)}</i></p>" if about.picture else "")
     parts += [f"<p>{html.escape(text)}</p>" for text in about.paragraphs]
-    parts += ["<h3>Inputs</h3>", _rows((p.description(), p.help()) for p in described)]
-    parts.append("<h3>Outputs</h3>")
-    for kind in layers.values():
-        entries = [(field.name, field.text) for field in kind.fields]
-        parts.append(f"<p><b>{html.escape(kind.title)}</b></p>{_rows(entries)}")
-    if numbers:
-        parts += ["<p><b>Numbers</b></p>", _rows(numbers.items())]
+    for heading, advanced in (("Inputs", False), ("Advanced inputs", True)):
+        entries = [(i.title, "", i.text) for i in described.inputs if i.advanced == advanced]
+        parts += [f"<h3>{heading}</h3>", _rows(entries)] if entries else []
+    if described.layers or described.numbers:
+        parts.append("<h3>Outputs</h3>")
+    for kind in described.layers.values():
+        fields = [(field.name, field.kind, field.text) for field in kind.fields]
+        parts.append(f"<p><b>{html.escape(kind.title)}</b></p>{_rows(fields)}")
+    if described.numbers:
+        numbers = [(key, "", text) for key, text in described.numbers.items()]
+        parts += ["<p><b>Numbers</b></p>", _rows(numbers)]
+    if described.references:
+        parts.append("<h3>References</h3>")
+        parts += [f"<p>{html.escape(text)}</p>" for text in described.references]
     return "".join(parts)
+
+
+def help_text(described: Description) -> str:
+    """Return the help of a tool as plain text, for a terminal.
+
+    `qgis_process help` lists the inputs with their help and the outputs by itself, after the
+    summary; what it lacks are the rest of the text, the fields and the sources.
+    """
+    lines = [""]
+    for text in described.about.paragraphs:
+        lines += [textwrap.fill(text, TERMINAL), ""]
+    for key, kind in described.layers.items():
+        lines.append(f"Fields of {key} ({kind.title}):")
+        for field in kind.fields:
+            entry = f"{field.name} ({field.kind}): {field.text}"
+            lines.append(textwrap.indent(textwrap.fill(entry, TERMINAL - 2), "  "))
+        lines.append("")
+    if described.references:
+        lines.append("References:")
+        lines += [textwrap.fill(text, TERMINAL) for text in described.references]
+    return "\n".join(lines)
+
+
+def _rows(entries: Iterable[tuple[str, str, str]]) -> str:
+    rows = "".join(
+        f"<li><b>{html.escape(name)}</b>{f' ({kind})' if kind else ''}: {html.escape(text)}</li>"
+        for name, kind, text in entries
+    )
+    return f"<ul>{rows}</ul>"

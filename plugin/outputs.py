@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 _JOURNALS = ("-wal", "-shm", "-journal")
 #: Endings of the files that belong to another of the same name.
 _COMPANIONS = (".shx", ".dbf", ".prj", ".cpg", ".qmd", ".qml", ".qpj", ".qix")
+_TABLE = re.compile(r'table="([^"]+)"')
+#: What lies over what: higher numbers on top.
+_OVER = {"Point": 3, "LineString": 2, "Polygon": 1}
 _DATABASE = re.compile(r"dbname='([^']+)'")
 
 
@@ -49,6 +52,8 @@ class Result:
         What was asked, as JSON, for the metadata of the layers.
     keep
         Whether this is worth keeping even if the planner has cancelled meanwhile.
+    credits
+        Whose the data is: attribution, licence, source, date; empty for the planner's own.
     """
 
     crs: QgsCoordinateReferenceSystem
@@ -56,6 +61,7 @@ class Result:
     numbers: Mapping[str, float] = field(default_factory=dict)
     specification: str = "{}"
     keep: bool = False
+    credits: Mapping[str, str] = field(default_factory=dict)
 
 
 def destination_text(request: Request, key: str) -> str:
@@ -180,7 +186,8 @@ class Writer:
         begun: list[Path] = []
         try:
             begun += self._new_files()
-            return self._write(result)
+            own = {key: self._own_style(key) for key in self.kinds}
+            return self._write(result, own)
         except BaseException as error:
             # What failed still holds its files open, and would write them once more at its end.
             traceback.clear_frames(error.__traceback__)
@@ -191,9 +198,10 @@ class Writer:
             msg = f"The outputs could not be written, none was kept: {error}"
             raise QgsProcessingException(msg) from error
 
-    def _write(self, result: Result) -> dict[str, Any]:
+    def _write(self, result: Result, own: Mapping[str, styles.OwnStyle | None]) -> dict[str, Any]:
         outputs: dict[str, Any] = {}
         sinks = {}
+        sink = None
         for key, kind in self.kinds.items():
             sink, destination = self._open(key, kind, result.crs)
             if sink is not None:
@@ -203,7 +211,7 @@ class Writer:
         for key in list(sinks):
             self._fill(key, sinks.pop(key), result)
         for key, destination in outputs.items():
-            self._dress(key, destination, result)
+            self._dress(key, destination, result, own[key])
         numbers = {key: None if value != value else value for key, value in result.numbers.items()}
         return {**outputs, **numbers}
 
@@ -232,19 +240,58 @@ class Writer:
         # The caller holds no other reference: the file is closed here, and complete.
         del sink
 
-    def _dress(self, key: str, destination: str, result: Result) -> None:
+    def _own_style(self, key: str) -> styles.OwnStyle | None:
+        """Return the style that the planner has stored with the file of an output."""
+        destination = destination_text(self.request, key)
+        path = file_of(destination)
+        if path is None:
+            return None
+        table = _TABLE.search(destination)
+        return styles.own_style(path, table.group(1) if table else path.stem, self.kinds[key])
+
+    def _dress(
+        self, key: str, destination: str, result: Result, own: styles.OwnStyle | None
+    ) -> None:
         kind = self.kinds[key]
         record = Record(
-            self.request.tool.id(), kind.title, result.specification, to_json(result.numbers)
+            self.request.tool.id(),
+            kind.title,
+            result.specification,
+            to_json(result.numbers),
+            result.credits,
         )
+        path = file_of(destination)
+        # A temporary layer has an id instead of a path.
+        stored = path is not None and path.is_file()
         context: QgsProcessingContext = self.request.context
         if context.willLoadLayerOnCompletion(destination):
             details = context.layerToLoadOnCompletionDetails(destination)
-            details.setPostProcessor(styles.post_processor(record.tool, key, kind, record))
-        path = file_of(destination)
-        # A temporary layer has an id instead of a path.
-        if path is not None and path.is_file():
+            source = self._source_name()
+            details.setPostProcessor(
+                styles.post_processor(record.tool, key, kind, record, source=source, stored=stored)
+            )
+            self._group(details, kind, source)
+        if path is not None and stored:
             layer = QgsVectorLayer(destination, kind.title, "ogr")
             if layer.isValid():
-                styles.save(layer, kind)
+                styles.save(layer, kind, own)
                 record.save(str(path), layer)
+
+    def _source_name(self) -> str:
+        """Return the name of the main input layer; empty where the tool has none."""
+        request = self.request
+        definition = request.tool.parameterDefinition("INPUT")
+        if definition is None or definition.type() != "source" or not request.has("INPUT"):
+            return ""
+        return request.name("INPUT")
+
+    def _group(
+        self, details: QgsProcessingContext.LayerDetails, kind: LayerKind, source: str
+    ) -> None:
+        """Put the layers of one run into a group, points over lines over polygons."""
+        # From QGIS 3.32 on; before, Processing has one group for all results, or none.
+        if len(self.kinds) > 1 and hasattr(details, "groupName"):
+            title = self.request.tool.displayName()
+            details.groupName = f"{title}: {source}" if source else title
+        if hasattr(details, "layerSortKey"):
+            details.layerSortKey = _OVER.get(kind.geometry, 0)

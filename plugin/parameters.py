@@ -11,9 +11,11 @@ from collections.abc import Mapping, Sequence
 from qgis.core import (
     QgsProcessingParameterDefinition,
     QgsProcessingParameterEnum,
+    QgsProcessingParameterExtent,
     QgsProcessingParameterFeatureSink,
     QgsProcessingParameterFeatureSource,
     QgsProcessingParameterNumber,
+    QgsPropertyDefinition,
 )
 
 from . import compat
@@ -32,6 +34,7 @@ _SINKS = {
     "LineString": compat.SOURCE_LINE,
     "Polygon": compat.SOURCE_POLYGON,
     "MultiPolygon": compat.SOURCE_POLYGON,
+    "NoGeometry": compat.SOURCE_TABLE,
 }
 
 
@@ -71,8 +74,13 @@ def number(
     maximum: float | None = None,
     integer: bool = False,
     advanced: bool = False,
+    per_feature_of: str = "",
 ) -> QgsProcessingParameterDefinition:
-    """Declare a number; without a default it is optional, and empty means "as implied"."""
+    """Declare a number; without a default it is optional, and empty means "as implied".
+
+    `per_feature_of` names the layer parameter whose features may each have a value of their own,
+    by a field or an expression.
+    """
     limits = {}
     if minimum is not None:
         limits["minValue"] = minimum
@@ -86,6 +94,12 @@ def number(
         optional=default is None,
         **limits,
     )
+    if per_feature_of:
+        definition.setIsDynamic(True)
+        definition.setDynamicLayerParameterName(per_feature_of)
+        definition.setDynamicPropertyDefinition(
+            QgsPropertyDefinition(key, definition.description(), compat.POSITIVE_NUMBER)
+        )
     shown = "" if default is None else f"{default:g} {unit if len(unit) < SHORT else ''}".strip()
     ending = "Optional." if default is None else f"Default: {shown}."
     return _finish(definition, f"{help_text} {ending}", advanced)
@@ -104,6 +118,14 @@ def choice(
     meanings = "; ".join(f"{word}: {meaning}" for word, meaning in choices.items())
     definition = QgsProcessingParameterEnum(key, text, list(choices), False, default, False, True)
     return _finish(definition, f"{help_text} {meanings}. Default: {default}.", advanced)
+
+
+def extent(
+    key: str, text: str, help_text: str, *, advanced: bool = False
+) -> QgsProcessingParameterDefinition:
+    """Declare an optional rectangle: that of the map, of a layer, or drawn."""
+    definition = QgsProcessingParameterExtent(key, text, None, True)
+    return _finish(definition, f"{help_text} Optional.", advanced)
 
 
 def sink(

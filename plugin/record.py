@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from qgis.core import QgsLayerMetadata, QgsVectorLayer
@@ -31,26 +31,33 @@ class Record:
         What was asked, as JSON.
     result
         What came out, as JSON.
+    credits
+        Whose the data is: attribution, licence, source, date; empty for the planner's own.
     """
 
     tool: str
     title: str
     specification: str
     result: str
+    credits: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def items(self) -> dict[str, str]:
         """The record as named texts."""
-        return {
-            "tool": self.tool,
-            "specification": self.specification,
-            "result": self.result,
-        }
+        items = {"tool": self.tool, "specification": self.specification, "result": self.result}
+        return {**items, "credits": to_json(self.credits)} if self.credits else items
 
     @property
     def abstract(self) -> str:
-        """A sentence about the layer."""
-        return f"{self.title}, made by the Platwright tool {self.tool}."
+        """A few sentences about the layer."""
+        text = f"{self.title}, made by the Platwright tool {self.tool}."
+        if self.credits:
+            of = " of " + self.credits["date"] if self.credits.get("date") else ""
+            text += (
+                f" Data{of}: {self.credits.get('attribution', '')}, "
+                f"{self.credits.get('licence', '')}, from {self.credits.get('source', '')}."
+            )
+        return text
 
     def metadata(self) -> QgsLayerMetadata:
         """Return the record as metadata of a QGIS layer."""
@@ -58,6 +65,9 @@ class Record:
         metadata.setTitle(self.title)
         metadata.setAbstract(self.abstract)
         metadata.setType("dataset")
+        if self.credits:
+            metadata.setRights([self.credits.get("attribution", "")])
+            metadata.setLicenses([self.credits.get("licence", "")])
         metadata.setHistory([f"{PREFIX}/{key}={text}" for key, text in self.items.items()])
         return metadata
 
@@ -100,10 +110,10 @@ def read_record(layer: QgsVectorLayer) -> dict[str, str]:
     Returns
     -------
     dict
-        The keys "tool", "specification" and "result".
+        The keys "tool", "specification", "result" and, where the data is somebody's, "credits".
     """
     found = {}
-    for key in ("tool", "specification", "result"):
+    for key in ("tool", "specification", "result", "credits"):
         text = layer.customProperty(f"{PREFIX}/{key}")
         if text:
             found[key] = str(text)

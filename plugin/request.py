@@ -12,10 +12,11 @@ from qgis.core import (
     QgsProcessingFeatureSource,
     QgsProcessingParameterDefinition,
     QgsProcessingParameterEnum,
+    QgsProperty,
 )
 
 from ..algorithms.errors import InputError
-from . import bridge
+from . import bridge, compat
 from .progress import FeedbackProgress
 
 
@@ -25,7 +26,8 @@ def with_words(
     """Return parameters whose choices are words also where their numbers were given.
 
     The help of `qgis_process` asks for the number of a choice; models, saved settings and
-    dialogs keep the words.
+    dialogs keep the words. A number that may be given feature by feature takes `field:NAME` and
+    `expression:TEXT`, as newer versions of QGIS read them by themselves.
 
     Parameters
     ----------
@@ -37,6 +39,8 @@ def with_words(
     found = dict(parameters)
     for definition in definitions:
         value = found.get(definition.name())
+        if definition.isDynamic() and isinstance(value, str):
+            found[definition.name()] = _property(value)
         if not isinstance(definition, QgsProcessingParameterEnum) or isinstance(value, bool):
             continue
         if isinstance(value, (int, float)) or (isinstance(value, str) and value.strip().isdigit()):
@@ -44,6 +48,14 @@ def with_words(
             if float(value) in range(len(words)):
                 found[definition.name()] = words[int(value)]
     return found
+
+
+def _property(text: str) -> Any:
+    """Return the property that a text of a command line means, or the text."""
+    kind, _, rest = text.partition(":")
+    if kind == "field" and rest:
+        return QgsProperty.fromField(rest)
+    return QgsProperty.fromExpression(rest) if kind == "expression" and rest else text
 
 
 class Request:
@@ -132,7 +144,7 @@ class Request:
     def check_layer(self, key: str) -> None:
         """Raise `InputError` where a given layer is empty or has no CRS."""
         source = self.source(key)
-        if source is None:
+        if source is None or self._may_be_empty(key):
             return
         if source.featureCount() == 0:
             raise InputError(
@@ -148,10 +160,30 @@ class Request:
             )
 
     def frame(self, key: str, progress: FeedbackProgress) -> Any:
-        """Return an input layer as a GeoDataFrame, or None where none is given."""
+        """Return an input layer as a GeoDataFrame, or None where none is given or it is empty."""
         source = self.source(key)
         if source is None:
+            return None
+        if self._may_be_empty(key):
+            progress.info(f"Layer '{self.name(key)}' has no features: left out.")
             return None
         self.check_layer(key)
         progress.stage(f"Reading {self.name(key)}", 0.0)
         return bridge.read_source(source, progress)
+
+    def _may_be_empty(self, key: str) -> bool:
+        """Tell whether a layer is empty and that is no mistake.
+
+        In a model the layers of one tool go into the next: a site without obstacles has an empty
+        layer of them. Where a selection was asked for, none was made.
+        """
+        source = self.source(key)
+        definition = self.tool.parameterDefinition(key)
+        value = self.parameters.get(key)
+        return bool(
+            source is not None
+            and source.featureCount() == 0
+            and key != "INPUT"
+            and definition.flags() & compat.OPTIONAL
+            and not getattr(value, "selectedFeaturesOnly", False)
+        )

@@ -1,208 +1,219 @@
-"""How the output layers look: made in code, so that every version of QGIS reads them."""
+"""How the output layers look, unless the planner has a style of his own for them.
+
+What counts, the first that there is: a style that the planner has set for an output of a tool or
+a model, or for lines, points or polygons in the options of Processing; a style that is stored as
+the default with the file that is written; ours.
+"""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
-from typing import Any
+from dataclasses import dataclass
+from pathlib import Path
 
 from qgis.core import (
-    QgsCategorizedSymbolRenderer,
-    QgsFeatureRenderer,
-    QgsFillSymbol,
-    QgsGraduatedSymbolRenderer,
-    QgsLineSymbol,
-    QgsMarkerSymbol,
+    QgsMapLayerStyle,
     QgsProcessingContext,
     QgsProcessingFeedback,
     QgsProcessingLayerPostProcessorInterface,
-    QgsRendererCategory,
-    QgsRendererRange,
-    QgsSingleSymbolRenderer,
-    QgsSymbol,
+    QgsProject,
     QgsVectorLayer,
 )
+from qgis.PyQt.QtXml import QDomDocument
 
 from .fields import LayerKind
 from .record import Record
+from .renderers import LABELS, OTHERS, RENDERERS, TITLES
+from .solids import solid_renderer
 
-GREY = "#8c867c"
-INK = "#4a443b"
-
-
-def _line(colour: str, width: float, style: str = "solid") -> QgsSymbol:
-    return QgsLineSymbol.createSimple(
-        {
-            "line_color": colour,
-            "line_width": str(width),
-            "line_style": style,
-            "capstyle": "round",
-            "joinstyle": "round",
-        }
-    )
+#: Begins the description of a style of ours in a database.
+OURS = "Platwright: "
+#: Tells in a .qml file which layer it was made for.
+_MARK = "platwright/style"
 
 
-def _fill(colour: str, outline: str, width: float = 0.2, style: str = "solid") -> QgsSymbol:
-    return QgsFillSymbol.createSimple(
-        {"color": colour, "style": style, "outline_color": outline, "outline_width": str(width)}
-    )
+@dataclass(frozen=True)
+class OwnStyle:
+    """A default style of the planner's that was found with a file: its name, its text, QML."""
 
-
-def _marker(name: str, colour: str, size: float, outline: str = "#ffffff") -> QgsSymbol:
-    return QgsMarkerSymbol.createSimple(
-        {
-            "name": name,
-            "color": colour,
-            "size": str(size),
-            "outline_color": outline,
-            "outline_width": "0.2",
-        }
-    )
-
-
-def _by_value(field: str, entries: Sequence[tuple[Any, str, QgsSymbol]]) -> QgsFeatureRenderer:
-    categories = [QgsRendererCategory(value, symbol, label) for value, label, symbol in entries]
-    return QgsCategorizedSymbolRenderer(field, categories)
-
-
-def _streets() -> QgsFeatureRenderer:
-    renderer = _by_value(
-        "if(\"status\" = 'new', \"level\", 'existing')",
-        [
-            ("existing", "existing", _line(GREY, 1.0)),
-            (1, "major", _line("#8e2b1d", 1.9)),
-            (2, "collector", _line("#c8442c", 1.4)),
-            (3, "local", _line("#e58a3a", 0.8)),
-            (4, "cul-de-sac", _line("#f0b56a", 0.6)),
-            ("", "connector or other", _line("#c8442c", 0.6, "dash")),
-        ],
-    )
-    # Collectors over locals wherever they meet.
-    renderer.setUsingSymbolLevels(True)
-    return renderer
-
-
-def _blocks() -> QgsFeatureRenderer:
-    shades = (
-        ("under 40 m", 0, 40, "#f6d7c8"),
-        ("40 to 60 m", 40, 60, "#f5ecd2"),
-        ("60 to 80 m", 60, 80, "#dfe8c9"),
-        ("80 to 110 m", 80, 110, "#c2dbc6"),
-        ("110 m and more", 110, 1e9, "#a6c8cc"),
-    )
-    ranges = [
-        QgsRendererRange(low, high, _fill(colour, GREY), f"width {label}")
-        for label, low, high, colour in shades
-    ]
-    return QgsGraduatedSymbolRenderer("width_m", ranges)
-
-
-def _junctions() -> QgsFeatureRenderer:
-    return _by_value(
-        'coalesce("is_sink", false)',
-        [
-            (False, "street junction", _marker("circle", INK, 1.2)),
-            (True, "way out of the site", _marker("circle", "#2f6f73", 2.2)),
-        ],
-    )
-
-
-def _problems() -> QgsFeatureRenderer:
-    return _by_value(
-        "severity",
-        [
-            ("error", "error", _marker("cross_fill", "#c00000", 4.0)),
-            ("warning", "warning", _marker("triangle", "#f0a000", 3.4)),
-            ("info", "information", _marker("circle", "#4f7fb5", 2.2)),
-        ],
-    )
-
-
-def _vertices() -> QgsFeatureRenderer:
-    return _by_value(
-        "role",
-        [
-            ("corner", "corner", _marker("square", INK, 1.6)),
-            ("irregular", "inner, irregular", _marker("diamond", "#c8442c", 1.8)),
-            ("boundary", "boundary", _marker("circle", GREY, 0.8)),
-            ("inner", "inner", _marker("circle", GREY, 0.8)),
-        ],
-    )
-
-
-def _edges() -> QgsFeatureRenderer:
-    return _by_value(
-        "if(\"blocked\" OR \"foreign\", 'barred', 'open')",
-        [
-            ("open", "may become a street", _line(GREY, 0.15)),
-            ("barred", "crosses an obstacle or foreign ground", _line("#c8442c", 0.2, "dot")),
-        ],
-    )
-
-
-#: Styles by the names that `fields` uses; each makes a fresh renderer.
-RENDERERS: dict[str, Callable[[], QgsFeatureRenderer]] = {
-    "streets": _streets,
-    "junctions": _junctions,
-    "blocks": _blocks,
-    "problems": _problems,
-    "vertices": _vertices,
-    "edges": _edges,
-    "site": lambda: QgsSingleSymbolRenderer(_fill("160,176,96,50", "#55702f", 0.6)),
-    "existing": lambda: QgsSingleSymbolRenderer(_line(GREY, 1.0)),
-    "access": lambda: QgsSingleSymbolRenderer(_marker("triangle", "#2f6f73", 3.0)),
-    "obstacles": lambda: QgsSingleSymbolRenderer(_fill("#9b3a2f", "#9b3a2f", 0.3, "b_diagonal")),
-    "faces": lambda: QgsSingleSymbolRenderer(_fill("#f5f1e8", "#d8d2c6", 0.1)),
-}
+    name: str
+    description: str
+    qml: str
 
 
 def apply(layer: QgsVectorLayer, kind: LayerKind) -> None:
     """Give a layer the style of its kind."""
+    if not kind.style:
+        return  # a table
     layer.setRenderer(RENDERERS[kind.style]())
     if kind.style == "blocks":
         layer.setOpacity(0.8)
+    if kind.style in LABELS:
+        layer.setLabeling(LABELS[kind.style]())
+        layer.setLabelsEnabled(True)
+    solid = solid_renderer(kind)
+    if solid is not None:
+        layer.setRenderer3D(solid)
     layer.triggerRepaint()
 
 
-def save(layer: QgsVectorLayer, kind: LayerKind) -> None:
-    """Give a layer its style and keep it with the file, so that it opens like this anywhere."""
+def offer_others(layer: QgsVectorLayer, kind: LayerKind) -> None:
+    """Add the further styles of its kind to the styles of a layer, which keeps its present one."""
+    if not kind.style:
+        return
+    manager = layer.styleManager()
+    shown = layer.renderer().clone()
+    for title, make in OTHERS.get(kind.style, {}).items():
+        layer.setRenderer(make(layer))
+        style = QgsMapLayerStyle()
+        style.readFromLayer(layer)
+        manager.addStyle(title, style)
+    layer.setRenderer(shown)
+
+
+def own_style(path: Path, table: str, kind: LayerKind) -> OwnStyle | None:
+    """Return the default style of the planner's that is stored with a file, or None.
+
+    Parameters
+    ----------
+    path
+        A file that a layer is about to be written to.
+    table
+        Name of the layer in it.
+    kind
+        What is to be written.
+    """
+    if path.suffix.lower() == ".gpkg":
+        return _in_geopackage(path, table) if path.is_file() else None
+    beside = path.with_suffix(".qml")
+    if not beside.is_file():
+        return None
+    qml = beside.read_text(encoding="utf-8", errors="replace")
+    # One that was made here for a layer of another kind is nobody's wish.
+    foreign = _MARK in qml and f'value="{kind.style}"' not in qml
+    return None if foreign else OwnStyle(kind.style, "", qml)
+
+
+def _in_geopackage(path: Path, table: str) -> OwnStyle | None:
+    from osgeo import ogr
+
+    dataset = ogr.Open(str(path))
+    if dataset is None or dataset.GetLayerByName("layer_styles") is None:
+        return None
+    styles = dataset.GetLayerByName("layer_styles")
+    found = [
+        OwnStyle(row["styleName"] or "", row["description"] or "", row["styleQML"] or "")
+        for row in styles
+        if row["f_table_name"] == table and row["useAsDefault"]
+    ]
+    return next((own for own in found if not own.description.startswith(OURS)), None)
+
+
+def save(layer: QgsVectorLayer, kind: LayerKind, own: OwnStyle | None = None) -> None:
+    """Keep a layer's styles with its file, so that it opens like this anywhere.
+
+    Parameters
+    ----------
+    layer
+        The layer, opened from the file.
+    kind
+        What it holds.
+    own
+        The planner's own default, which stays the default.
+    """
+    database = layer.dataProvider().storageType() == "GPKG"
+    if not kind.style or (own is not None and not database):
+        return  # it lies beside the file
+    if database:
+        for title, make in OTHERS.get(kind.style, {}).items():
+            layer.setRenderer(make(layer))
+            layer.saveStyleToDatabase(f"{kind.style}, {title}", f"{OURS}{title}", False, "")
     apply(layer, kind)
-    if layer.dataProvider().storageType() == "GPKG":
-        layer.saveStyleToDatabase(kind.style, kind.title, True, "")
-    else:
+    layer.setCustomProperty(_MARK, kind.style)
+    if not database:
         layer.saveDefaultStyle()
+        return
+    layer.saveStyleToDatabase(kind.style, f"{OURS}{kind.title}", own is None, "")
+    if own is not None:
+        document = QDomDocument()
+        document.setContent(own.qml)
+        layer.importNamedStyle(document)
+        layer.saveStyleToDatabase(own.name, own.description, True, "")
+
+
+def _planner_has_set(tool: str, key: str, layer: QgsVectorLayer) -> bool:
+    """Tell whether Processing has given a layer a style that the planner chose."""
+    from processing.core.ProcessingConfig import ProcessingConfig
+    from processing.gui.RenderingStyles import RenderingStyles
+
+    general = ("VECTOR_POINT_STYLE", "VECTOR_LINE_STYLE", "VECTOR_POLYGON_STYLE")
+    kind = int(layer.geometryType())
+    return bool(
+        RenderingStyles.getStyle(tool, key)
+        or (kind < len(general) and ProcessingConfig.getSetting(general[kind]))
+        # A new layer has one symbol: whatever else it has comes from the model that it is of.
+        or layer.renderer() is None
+        or layer.renderer().type() != "singleSymbol"
+    )
 
 
 class _PostProcessor(QgsProcessingLayerPostProcessorInterface):
     """Styles one layer once it is loaded, unless the planner has set a style for it."""
 
-    def __init__(self, tool: str, key: str, kind: LayerKind, record: Record) -> None:
+    def __init__(
+        self, tool: str, key: str, kind: LayerKind, record: Record, source: str, stored: bool
+    ) -> None:
         super().__init__()
         self.tool = tool
         self.key = key
         self.kind = kind
         self.record = record
+        self.source = source
+        self.stored = stored
 
     def postProcessLayer(
         self,
         layer: QgsVectorLayer,
-        context: QgsProcessingContext,  # noqa: ARG002
+        context: QgsProcessingContext,
         feedback: QgsProcessingFeedback,  # noqa: ARG002
     ) -> None:
         """Give the layer its style and its record; QGIS calls this in its main thread."""
-        from processing.gui.RenderingStyles import RenderingStyles
-
-        if not RenderingStyles.getStyle(self.tool, self.key):
+        # A file has brought its style with it.
+        if not self.stored and not _planner_has_set(self.tool, self.key, layer):
             apply(layer, self.kind)
+            manager = layer.styleManager()
+            if self.kind.style in TITLES:
+                manager.renameStyle(manager.currentStyle(), TITLES[self.kind.style])
+        offer_others(layer, self.kind)
         self.record.attach(layer)
+        self._rename(layer, context.project())
+
+    def _rename(self, layer: QgsVectorLayer, project: QgsProject | None) -> None:
+        """Tell the layer from others of its name, as of the other runs of a batch."""
+        if project is None or not self.source or layer.name() != self.kind.title:
+            return
+        if any(other.id() != layer.id() for other in project.mapLayersByName(layer.name())):
+            layer.setName(f"{self.kind.title} ({self.source})")
 
 
 # QGIS keeps no reference to post-processors: without this they vanish before they are called.
 _kept: deque[_PostProcessor] = deque(maxlen=500)
 
 
-def post_processor(tool: str, key: str, kind: LayerKind, record: Record) -> _PostProcessor:
-    """Return a post-processor for one layer and keep it alive."""
-    processor = _PostProcessor(tool, key, kind, record)
+def post_processor(
+    tool: str, key: str, kind: LayerKind, record: Record, *, source: str = "", stored: bool = False
+) -> _PostProcessor:
+    """Return a post-processor for one layer and keep it alive.
+
+    Parameters
+    ----------
+    tool, key, kind, record
+        Id of the tool, key of the output, what it holds and how it was made.
+    source
+        Name of the layer that it was made from.
+    stored
+        Whether the layer is a file that has its style with it.
+    """
+    processor = _PostProcessor(tool, key, kind, record, source, stored)
     _kept.append(processor)
     return processor

@@ -8,26 +8,29 @@ is here.
 from __future__ import annotations
 
 import contextlib
+import os
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, ClassVar
 
 from qgis.core import (
     Qgis,
+    QgsApplication,
     QgsMessageLog,
     QgsProcessingAlgorithm,
     QgsProcessingContext,
     QgsProcessingException,
     QgsProcessingFeedback,
     QgsProcessingOutputNumber,
+    QgsProcessingOutputString,
     QgsProcessingParameterDefinition,
 )
 from qgis.PyQt.QtGui import QIcon
 
 from ..algorithms.errors import CancelledError, PlatwrightError
-from . import bridge, deps, parameters, rescue
+from . import bridge, deps, parameters, rescue, worker
 from .fields import LayerKind
-from .help import GROUPS, About, help_html
+from .help import GROUPS, About, Description, describe, help_html, help_text
 from .icons import icon_path
 from .outputs import Result, Writer, check_destinations, file_exists
 from .progress import FeedbackProgress
@@ -45,6 +48,8 @@ class Tool(QgsProcessingAlgorithm):
         Output layers by key; the first is always made, the others may be switched off.
     numbers
         Numeric outputs by key, with what they say.
+    texts
+        Outputs that are words, likewise; they travel with the numbers of the result.
     needs
         Python packages that the tool cannot do without, see `deps`.
     """
@@ -52,6 +57,7 @@ class Tool(QgsProcessingAlgorithm):
     about: ClassVar[About]
     layers: ClassVar[Mapping[str, LayerKind]]
     numbers: ClassVar[Mapping[str, str]] = {}
+    texts: ClassVar[Mapping[str, str]] = {}
     needs: ClassVar[Sequence[str]] = deps.LAYERS
 
     # What a subclass says.
@@ -99,15 +105,22 @@ class Tool(QgsProcessingAlgorithm):
 
     def shortHelpString(self) -> str:
         """Return the help, written from the declarations."""
-        return help_html(self.about, self.parameterDefinitions(), self.layers, self.numbers)
+        # In a terminal nobody reads HTML.
+        terminal = QgsApplication.platform() == "qgis_process"
+        return help_text(self.described()) if terminal else help_html(self.described())
+
+    def described(self) -> Description:
+        """Return everything that the tool declares."""
+        said = {**self.numbers, **self.texts}
+        return describe(self.about, self.parameterDefinitions(), self.layers, said)
 
     def icon(self) -> QIcon:
-        """Return the picture of the group."""
+        """Return the picture of the tool."""
         return QIcon(self.svgIconPath())
 
     def svgIconPath(self) -> str:
         """Return the path of that picture."""
-        return icon_path(self.about.group)
+        return icon_path(self.about.name, self.about.group)
 
     def initAlgorithm(self, configuration: Any = None) -> None:  # noqa: ARG002
         """Declare the parameters and the outputs."""
@@ -120,6 +133,8 @@ class Tool(QgsProcessingAlgorithm):
             )
         for key, text in self.numbers.items():
             self.addOutput(QgsProcessingOutputNumber(key, text))
+        for key, text in self.texts.items():
+            self.addOutput(QgsProcessingOutputString(key, text))
 
     def canExecute(self) -> tuple[bool, str]:
         """Tell whether the packages are there, and what to do where they are not."""
@@ -135,8 +150,11 @@ class Tool(QgsProcessingAlgorithm):
         if not good:
             return good, text
         try:
-            deps.load(self.needs)
-            self._check(Request(self, parameters, context))
+            request = Request(self, parameters, context)
+            if self._packages_work():
+                self._check(request)
+            else:
+                self._check_layers(request)
         except (PlatwrightError, deps.DependencyError) as error:
             return False, str(error)
         except OSError as error:
@@ -155,22 +173,40 @@ class Tool(QgsProcessingAlgorithm):
         request = Request(self, parameters, context)
         try:
             with readable_errors(self.about.title):
-                deps.load(self.needs)
-                self._check(request)
-                result = self.compute(request, progress.part(0.0, 0.95))
+                here = self._packages_work(progress)
+                if here:
+                    self._check(request)
+                    result = self.compute(request, progress.part(0.0, 0.95))
+                else:
+                    self._check_layers(request)
+                    result = worker.compute(self, request, progress.part(0.0, 0.95))
                 if progress.cancelled() and not result.keep:
                     raise CancelledError
-                progress.stage("Writing layers", 0.95)
-                outputs = Writer(request, self.layers).write(result)
+                if self.layers:
+                    progress.stage("Writing layers", 0.95)
+                writer = Writer if here else worker.CopyWriter
+                outputs = writer(request, self.layers).write(result)
                 if progress.cancelled() and rescue.needed():
                     self._tell_where(outputs, context, progress)
         except (CancelledError, bridge.CancelledWhileReadingError):
             progress.warn("Cancelled before there was anything to keep; no layer was written.")
             return {}
-        for key, text in self.numbers.items():
+        for key, text in self.numbers.items() if here else ():
             if outputs.get(key) is not None:
                 progress.info(f"{text}: {outputs[key]:g}")
         return outputs
+
+    def _packages_work(self, progress: FeedbackProgress | None = None) -> bool:
+        """Load the packages; tell whether they work here, or only in a process of its own."""
+        try:
+            deps.load(self.needs)
+        except deps.ClashError as error:
+            if os.environ.get(deps.WORKER_VARIABLE) == "never":
+                raise
+            if progress is not None:
+                progress.warn(f"{error} Meanwhile the tool runs in a process of its own.")
+            return False
+        return True
 
     def _tell_where(
         self, outputs: dict[str, Any], context: QgsProcessingContext, progress: FeedbackProgress
@@ -182,6 +218,10 @@ class Tool(QgsProcessingAlgorithm):
         progress.warn(f"QGIS loads no layers of a cancelled run. They are kept in: {places}")
 
     def _check(self, request: Request) -> None:
+        self._check_layers(request)
+        self.check(request)
+
+    def _check_layers(self, request: Request) -> None:
         sources = [
             definition.name()
             for definition in self.parameterDefinitions()
@@ -190,7 +230,6 @@ class Tool(QgsProcessingAlgorithm):
         for key in sources:
             request.check_layer(key)
         check_destinations(request, self.layers, sources)
-        self.check(request)
 
 
 @contextlib.contextmanager

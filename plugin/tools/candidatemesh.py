@@ -36,6 +36,7 @@ class CandidateMesh(Tool):
             "mesh line begins, so that the new streets can continue them.",
             "Where an edge lies on the edge of the site it has the true shape of it.",
         ),
+        picture="A site with its access points; the mesh, whose lines begin where streets arrive.",
     )
     layers: ClassVar = {
         "EDGES": fields.EDGES,

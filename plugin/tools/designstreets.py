@@ -10,13 +10,13 @@ from typing import Any, ClassVar
 from qgis.core import QgsProcessingParameterDefinition
 
 from ...algorithms.errors import InputError
-from .. import deps, fields, parameters
+from .. import deps, fields, parameters, presets
 from ..help import About
 from ..outputs import Result
 from ..progress import FeedbackProgress
 from ..request import Request
 from ..tool import Tool
-from . import rules, siteinputs
+from . import persite, rules, siteinputs
 from .designcheck import check_design
 from .validatenetwork import describe
 
@@ -54,10 +54,15 @@ class DesignStreets(Tool):
             "The bound is proven for each program (the collectors, then the local streets block "
             "by block), given the mesh and the streets above it, and summed: other collectors or "
             "another mesh may give a better whole. Cancel keeps the best design so far.",
-            "Method: C.-H. Peng, Y.-L. Yang, F. Bao, D. Fink, D.-M. Yan, P. Wonka, N. J. Mitra, "
-            "Computational network design from functional specifications (2016), with the "
-            "further rules that the option Rules names.",
+            "The kind of neighbourhood says what a block width and a block length that are left "
+            "empty are; numbers that are given always count, and the log tells which were used. "
+            "Where the sites of the layer have a block size of their own, take it from a field "
+            "by the button beside the number.",
+            "The method is that of Peng and others (2016), with the further rules that the option "
+            "Rules names.",
         ),
+        picture="New streets (red collectors, orange local streets) and blocks by their width.",
+        references=("CND",),
     )
     layers: ClassVar = {
         "STREETS": fields.STREETS,
@@ -78,7 +83,7 @@ class DesignStreets(Tool):
     needs = (*deps.LAYERS, *deps.SOLVERS)
 
     def inputs(self) -> Iterator[QgsProcessingParameterDefinition]:
-        """Yield the seven basic parameters, then the advanced ones."""
+        """Yield the eight basic parameters, then the advanced ones."""
         yield siteinputs.site()
         yield siteinputs.roads()
         yield siteinputs.obstacles()
@@ -137,20 +142,21 @@ class DesignStreets(Tool):
     def compute(self, request: Request, progress: FeedbackProgress) -> Result:
         """Prepare the sites, design all of them and collect the layers."""
         from ...algorithms.site import site_layers
-        from ...algorithms.streets import design_streets, plan_layers
 
         specification = rules.specification(request)
+        presets.tell(request, progress)
         prepared = siteinputs.prepared_sites(request, progress.part(0.0, 0.1))
+        asked = _asked(request, specification, prepared.sites, progress)
         reading = progress.part(0.1, 0.12)
         given = {key: request.frame(key, reading) for key in ("SINKS", "REQUIRED", "FORBIDDEN")}
         wishes = _wishes(request, given)
-        plan = design_streets(
+        plans = persite.design_each(
             prepared.sites,
-            specification,
-            wishes=wishes,
-            mesh=_given_mesh(request, progress.part(0.12, 0.14)),
-            progress=progress.part(0.14, 0.97),
+            asked,
+            _designer(prepared.sites, wishes, _given_mesh(request, progress.part(0.12, 0.14))),
+            progress.part(0.14, 0.97),
         )
+        plan = persite.joined_plan(plans, specification)
         if plan.stopped == "cancelled":
             gap = plan.numbers["ACHIEVED_GAP"]
             progress.warn(
@@ -158,7 +164,7 @@ class DesignStreets(Tool):
                 "distance of what was solved from its proven bound. Places that the search did "
                 "not reach have no streets yet."
             )
-        found = plan_layers(plan)
+        found = persite.joined_layers(plans)
         progress.stage("Checking the streets", 0.98)
         around = site_layers(prepared)
         report = check_design(found, around, plan, given, wishes, progress.part(0.98, 1.0))
@@ -171,9 +177,38 @@ class DesignStreets(Tool):
                 **plan.numbers,
                 "VIOLATIONS": math.nan if report is None else report.violations,
             },
-            specification=specification.to_json(),
+            specification=persite.record(specification, prepared.sites, asked),
             keep=True,
         )
+
+
+def _asked(request: Request, base: Any, sites: Any, progress: FeedbackProgress) -> list[Any]:
+    """Return the specification of each site, and say what is its own."""
+    keys = persite.per_feature(request, ("BLOCK_WIDTH", "BLOCK_LENGTH"))
+    asked = persite.specifications(request, base, keys, sites) if keys else [base] * len(sites)
+    for site, own in zip(sites, asked):
+        if keys:
+            progress.info(f"{site.name}: blocks of {own.block_width:g} m x {own.block_length:g} m.")
+    return asked
+
+
+def _designer(
+    sites: Any, wishes: Callable[[Any], Any], mesh: Callable[[Any], Any] | None
+) -> Callable[[Any, Any, FeedbackProgress], Any]:
+    """Return a function that designs some of the sites by one specification."""
+    from ...algorithms.streets import design_streets
+
+    def design(own: Any, specification: Any, progress: FeedbackProgress) -> Any:
+        return design_streets(
+            own,
+            specification,
+            # of all sites, since each wish belongs to the nearest of them
+            wishes=lambda site: wishes(site).of_site(site, sites),
+            mesh=mesh,
+            progress=progress,
+        )
+
+    return design
 
 
 def _joined(*layers: Any) -> Any:

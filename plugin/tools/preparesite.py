@@ -34,6 +34,8 @@ class PrepareSite(Tool):
             "The layers may be edited before they go into Candidate mesh or Design streets; "
             "both also take raw polygons and roads.",
         ),
+        picture="Parcels and roads as they come; site (green), boundary streets (thick), access "
+        "points (triangles) and obstacles (hatched).",
     )
     layers: ClassVar = {
         "SITE": fields.SITE,

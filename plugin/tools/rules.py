@@ -8,8 +8,10 @@ from typing import Any
 
 from qgis.core import QgsProcessingParameterDefinition
 
-from .. import parameters
+from ...algorithms.errors import InputError
+from .. import parameters, presets
 from ..request import Request
+from . import persite
 
 SINK_MODES = {
     "existing streets": ("streets", "along the existing streets at the edge of the site"),
@@ -72,25 +74,27 @@ def _words(choices: dict[str, tuple[str, str]]) -> dict[str, str]:
 
 
 def block_size() -> Iterator[QgsProcessingParameterDefinition]:
-    """Declare the wished block size."""
+    """Declare the kind of neighbourhood and the wished block size."""
+    yield presets.parameter()
     yield parameters.number(
         "BLOCK_WIDTH",
         "Block width",
-        "Wished width of the blocks, from street centre line to centre line; 72 m holds two rows "
-        "of 30 m lots and a street of 12 m.",
+        "Wished width of the blocks, from street centre line to centre line. Empty: as the kind "
+        "of neighbourhood says. A field or an expression gives every site its own.",
         unit="m",
-        default=72.0,
         minimum=10.0,
         maximum=2000.0,
+        per_feature_of="INPUT",
     )
     yield parameters.number(
         "BLOCK_LENGTH",
         "Block length",
-        "Wished greatest length of the blocks, not less than their width.",
+        "Wished greatest length of the blocks, not less than their width. Empty: as the kind of "
+        "neighbourhood says. A field or an expression gives every site its own.",
         unit="m",
-        default=150.0,
         minimum=10.0,
         maximum=5000.0,
+        per_feature_of="INPUT",
     )
 
 
@@ -179,7 +183,8 @@ def weights() -> Iterator[QgsProcessingParameterDefinition]:
     yield parameters.number(
         "WEIGHT_STRAIGHT",
         "Weight of straight streets",
-        "Price of each street end that does not go straight on. Empty: as the rules say.",
+        "Price of each street end that does not go straight on. Empty: as the kind of "
+        "neighbourhood or, where it has none, the rules say.",
         minimum=0.0,
         advanced=True,
     )
@@ -263,6 +268,29 @@ def rule_weights(request: Request) -> dict[str, float]:
     return {name: weight for name, weight in found.items() if weight is not None}
 
 
+def _block(request: Request) -> dict[str, float]:
+    """Return the block size; what features give each for themselves is as the preset says."""
+    keys = ("BLOCK_WIDTH", "BLOCK_LENGTH")
+    implied = presets.implied(request)
+    dynamic = persite.per_feature(request, keys)
+    found = {
+        key.lower(): implied[key] if key in dynamic else presets.number(request, key)
+        for key in keys
+    }
+    width, length = found["block_width"], found["block_length"]
+    # What the features say is looked at site by site.
+    if keys[0] in dynamic:
+        found["block_width"] = min(width, length)
+    elif keys[1] in dynamic:
+        found["block_length"] = max(width, length)
+    elif length < width and not all(request.has(key) for key in keys):
+        raise InputError(
+            f"Block length ({length:g} m) is less than block width ({width:g} m).",
+            "Give both: what is left empty is as the kind of neighbourhood says.",
+        )
+    return found
+
+
 def specification(request: Request) -> Any:
     """Return the `Specification` that the parameters describe, as far as the tool has them.
 
@@ -281,12 +309,13 @@ def specification(request: Request) -> Any:
     }
     # What is left to the rule set keeps the value that the specification has for it.
     fields |= rule_weights(request)
-    for key in ("BLOCK_WIDTH", "BLOCK_LENGTH", "WEIGHT_LENGTH", "WEIGHT_DISTANCE", "TIME_LIMIT"):
+    for key in ("WEIGHT_LENGTH", "WEIGHT_DISTANCE", "TIME_LIMIT"):
         if request.declares(key):
             fields[key.lower()] = request.number(key)
     for key in ("EDGE_LENGTH", "WEIGHT_STRAIGHT", "WEIGHT_CONTINUE"):
         if request.declares(key):
-            fields[key.lower()] = request.optional_number(key)
+            fields[key.lower()] = presets.number(request, key)
+    fields |= _block(request)
     for key in ("LEVELS", "SEED"):
         if request.declares(key):
             fields[key.lower()] = request.integer(key)

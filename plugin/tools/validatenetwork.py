@@ -51,6 +51,9 @@ class ValidateNetwork(Tool):
             "and the distances in the field dist_to_sink_m, which are computed afresh.",
             "The check shares nothing with the search of Design streets.",
         ),
+        picture="A design that was spoilt by hand, and what the check finds: a street that joins "
+        "no other.",
+        references=("CND",),
     )
     layers: ClassVar = {"PROBLEMS": fields.NETWORK_PROBLEMS}
     numbers: ClassVar = {

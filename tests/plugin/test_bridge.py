@@ -208,7 +208,7 @@ def test_every_style_fits_its_layer(package, provider):
 
 def test_missing_packages_and_old_ones_are_named(package, tmp_path, monkeypatch):
     deps = package("plugin.deps")
-    monkeypatch.setitem(deps.PACKAGES, "nosuchthing", ("nosuch-thing", "1.2", ()))
+    monkeypatch.setitem(deps.PACKAGES, "nosuchthing", deps.guard.Package("nosuch-thing", "1.2"))
     assert deps.missing(["nosuchthing"]) == ["nosuch-thing (version 1.2 or newer)"]
     (tmp_path / "nosuchthing.py").write_text("")
     (tmp_path / "nosuch_thing-1.1.dist-info").mkdir()
@@ -224,7 +224,7 @@ def test_missing_packages_and_old_ones_are_named(package, tmp_path, monkeypatch)
 
 def test_a_package_that_fails_to_load_is_named(package, tmp_path, monkeypatch):
     deps = package("plugin.deps")
-    monkeypatch.setitem(deps.PACKAGES, "brokenthing", ("broken-thing", "0", ()))
+    monkeypatch.setitem(deps.PACKAGES, "brokenthing", deps.guard.Package("broken-thing", "0"))
     (tmp_path / "brokenthing.py").write_text("raise ImportError('no libfoo')")
     monkeypatch.setenv(deps.ENVIRONMENT_VARIABLE, str(tmp_path))
     monkeypatch.syspath_prepend(str(tmp_path))

@@ -1,0 +1,279 @@
+"""Draw the pictures of the tools' help from real results on the shipped samples.
+
+Usage: _help_pictures.py [TOOL ...]. Each picture shows what a tool is given and what it makes of
+it, in the colours that the plugin gives its layers: `<tool>.png` in plugin/pictures, as wide as the
+help panel of a dialog, and large in docs/images/tools.
+"""
+
+from __future__ import annotations
+
+import functools
+import io
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import geopandas as gpd
+import matplotlib.pyplot as plt
+import pandas as pd
+from matplotlib.axes import Axes
+from PIL import Image
+from platwright.measure import validate_network
+from platwright.mesh import mesh_layers
+from platwright.network.specification import Specification
+from platwright.osm import boundaries, osm_layers
+from platwright.site import prepare_sites, site_layers
+from platwright.streets import arriving_streets, design_streets, plan_layers, site_mesh
+
+ROOT = Path(__file__).resolve().parents[1]
+SAMPLE = ROOT / "data" / "helsinki" / "helsinki_yard.gpkg"
+#: The part of the sample that is shown: west, south, east, north in EPSG:3067.
+WINDOW = (385628.0, 6672430.0, 385938.0, 6673000.0)
+#: The land of the pictures about OpenStreetMap, in a CRS in metres, and the part that is shown.
+EXTRACT = ROOT / "data" / "osm" / "monaco.osm.pbf"
+PLACE = "Monte-Carlo"
+UTM = "EPSG:32632"
+#: Size on paper in inches and dots per inch.
+WIDTH, HEIGHT, DPI = 7.2, 7.4, 100
+#: Width in the help panel (pixels): what fits in one that was not made wider.
+PANEL = 216
+#: Lines are this much wider than they would be on a map, to be seen when small.
+BOLD = 1.7
+LARGE_FOLDER, SMALL_FOLDER = ROOT / "docs" / "images" / "tools", ROOT / "plugin" / "pictures"
+#: No picture is larger (bytes), so that the plugin stays small.
+MOST = 60_000
+PAPER, INK, GREY, GREEN, TEAL = "#fbfaf7", "#4a443b", "#a39d93", "#6f9440", "#2f6f73"
+LEVELS = {2: ("#c8442c", 3.6), 3: ("#e58a3a", 2.2)}
+WIDTHS = ((40, "#f6d7c8"), (60, "#f5ecd2"), (80, "#dfe8c9"), (110, "#c2dbc6"), (1e9, "#a6c8cc"))
+SEVERITY = {"error": ("X", "#c00000"), "warning": ("^", "#f0a000"), "info": ("o", "#4f7fb5")}
+
+
+@functools.cache
+def given(name: str) -> gpd.GeoDataFrame:
+    """Read a layer of the sample."""
+    return gpd.read_file(SAMPLE, layer=name)
+
+
+@functools.cache
+def prepared() -> Any:
+    """Prepare the site."""
+    return prepare_sites(given("site"), given("streets"), given("obstacles"), snap_distance=60.0)
+
+
+@functools.cache
+def designed() -> dict[str, Any]:
+    """Design its streets."""
+    specification = Specification(time_limit=20.0)
+    return plan_layers(design_streets(prepared().sites, specification))
+
+
+@functools.cache
+def places() -> gpd.GeoDataFrame:
+    """Look the place up in the extract."""
+    return boundaries(PLACE, source=EXTRACT).to_crs(UTM)
+
+
+@functools.cache
+def mapped() -> dict[str, gpd.GeoDataFrame]:
+    """Read the layers around the place from the extract."""
+    polygon = places().to_crs("EPSG:4326").geometry.iloc[0]
+    layers = osm_layers(polygon, source=EXTRACT)
+    return {name: frame.to_crs(UTM) for name, frame in layers.items()}
+
+
+def window(name: str) -> tuple[float, float, float, float]:
+    """Return the ground that the picture of a tool shows: west, south, east, north."""
+    if not name.startswith("osm"):
+        return WINDOW
+    west, south, east, north = places().geometry.iloc[0].bounds
+    high = 1.06 * (north - south)
+    wide = high * (WINDOW[2] - WINDOW[0]) / (WINDOW[3] - WINDOW[1])
+    x, y = (west + east) / 2, (south + north) / 2
+    return (x - wide / 2, y - high / 2, x + wide / 2, y + high / 2)
+
+
+def show(ax: Axes, frame: gpd.GeoDataFrame, **style: Any) -> None:
+    """Draw a layer; nothing where it is empty."""
+    for name in ("linewidth", "lw"):
+        if name in style:
+            style[name] *= BOLD
+    if "markersize" in style:
+        style["markersize"] *= 2 * BOLD
+    if len(frame):
+        frame.plot(ax=ax, **style)
+
+
+def raw(ax: Axes) -> None:
+    """Draw the layers as they come."""
+    show(ax, given("site"), facecolor="#eee9dc", edgecolor=INK, linewidth=1.2, zorder=1)
+    buildings = given("obstacles")
+    show(ax, buildings, facecolor="#9b3a2f33", edgecolor="#9b3a2f", hatch="////", lw=0.6, zorder=2)
+    show(ax, given("streets"), color=GREY, linewidth=1.4, zorder=3)
+
+
+def ground(ax: Axes) -> None:
+    """Draw the prepared site, pale."""
+    show(ax, given("streets"), color="#ddd8ce", linewidth=1.2, zorder=0)
+    show(ax, site_layers(prepared())["site"], facecolor="#f5f1e8", edgecolor=GREEN, lw=1.4)
+
+
+def streets(ax: Axes, frame: gpd.GeoDataFrame) -> None:
+    """Draw streets by level, existing ones grey."""
+    show(ax, frame[frame["status"] == "existing"], color=GREY, linewidth=2.2, zorder=3)
+    for level, (colour, width) in sorted(LEVELS.items(), reverse=True):
+        own = frame[(frame["status"] != "existing") & (frame["level"] == level)]
+        show(ax, own, color=colour, linewidth=width, zorder=4, capstyle="round")
+
+
+def preparesite(left: Axes, right: Axes) -> tuple[str, str]:
+    """Draw the layers as they come, and the site with its boundary streets and access points."""
+    raw(left)
+    made = site_layers(prepared())
+    show(right, made["site"], facecolor="#e4ecd2", edgecolor="#55702f", linewidth=1.6, zorder=1)
+    show(right, made["site_obstacles"], facecolor="#9b3a2f33", edgecolor="#9b3a2f", hatch="////",
+         lw=0.6, zorder=2)  # fmt: skip
+    show(right, made["boundary_streets"], color=INK, linewidth=2.6, zorder=3)
+    show(right, made["access_points"], color=TEAL, marker="^", markersize=90, zorder=5)
+    return "parcels, roads", "site, access"
+
+
+def candidatemesh(left: Axes, right: Axes) -> tuple[str, str]:
+    """Draw the prepared site, and its mesh."""
+    (site,) = prepared().sites
+    arrivals = arriving_streets(site, 36.0)
+    ground(left)
+    show(left, site_layers(prepared())["access_points"], color=TEAL, marker="^", markersize=90)
+    found = mesh_layers(site_mesh(site, Specification(), arrivals), site.crs, site.source_crs)
+    ground(right)
+    show(right, found["faces"], facecolor="#f5f1e8", edgecolor="none", zorder=1)
+    show(right, found["edges"], color=INK, linewidth=1.1, zorder=2)
+    inner = found["vertices"]
+    show(right, inner, color=TEAL, markersize=14, zorder=3)
+    return "site, access", "candidate mesh"
+
+
+def designstreets(left: Axes, right: Axes) -> tuple[str, str]:
+    """Draw the layers as they come, and the streets and blocks."""
+    raw(left)
+    show(right, given("streets"), color="#ddd8ce", linewidth=1.2, zorder=0)
+    low = 0.0
+    blocks = designed()["blocks"]
+    for high, colour in WIDTHS:
+        own = blocks[(blocks["width_m"] >= low) & (blocks["width_m"] < high)]
+        show(right, own, facecolor=colour, edgecolor=GREY, linewidth=0.5, zorder=1)
+        low = high
+    streets(right, designed()["streets"])
+    exits = designed()["junctions"]
+    show(right, exits[exits["is_sink"]], color=TEAL, edgecolor="white", markersize=44, zorder=6)
+    return "site, roads", "streets, blocks"
+
+
+def validatenetwork(left: Axes, right: Axes) -> tuple[str, str]:
+    """Draw a design from which a street was taken and to which one was drawn, and the findings."""
+    full = designed()["streets"]
+    new = full[(full["status"] == "new") & (full["level"] == LOCAL)]
+    middle = new.geometry.interpolate(0.5, normalized=True).y.sort_values()
+    taken = middle.index[len(middle) // 2]
+    lone = new.loc[[new.geometry.length.idxmax()]]
+    drawn = lone.assign(geometry=lone.geometry.scale(0.6, 0.6).translate(26.0, 0.0))
+    spoilt = pd.concat([full.drop(index=taken), drawn], ignore_index=True)
+    made = site_layers(prepared())
+    report = validate_network(
+        spoilt, site=made["site"], boundary_streets=made["boundary_streets"], coverage_m=75.0
+    )
+    for ax in (left, right):
+        ground(ax)
+        streets(ax, spoilt)
+    for severity, (marker, colour) in SEVERITY.items():
+        own = report.problems[report.problems["severity"] == severity]
+        places = own.set_geometry(own.geometry.representative_point())
+        show(right, places, color=colour, marker=marker, markersize=110, edgecolor="white",
+             linewidth=0.8, zorder=8)  # fmt: skip
+    return "any streets", "broken rules"
+
+
+def osmboundary(left: Axes, right: Axes) -> tuple[str, str]:
+    """Draw the ground, and the boundaries that fit the name by their rank."""
+    for ax in (left, right):
+        show(ax, mapped()["streets"], color="#ddd8ce", linewidth=1.2, zorder=0)
+    own = places()
+    show(right, own.iloc[1:], facecolor="#d9b86a55", edgecolor="#b8862b", linewidth=1.4)
+    show(right, own.iloc[:1], facecolor="#6f944022", edgecolor="#55702f", linewidth=2.2)
+    west, south, east, north = window("osmboundary")
+    for rank, point in zip(own["rank"], own.geometry.representative_point()):
+        if west < point.x < east and south < point.y < north:
+            right.annotate(str(rank), (point.x, point.y), fontsize=24, fontweight="bold",
+                           color=INK, ha="center", va="center", zorder=9)  # fmt: skip
+    left.text(0.5, 0.5, f"“{PLACE}”", transform=left.transAxes, fontsize=25, ha="center",
+              color=INK, bbox={"facecolor": PAPER, "edgecolor": GREY, "pad": 10})  # fmt: skip
+    return "a place name", "all that fit"
+
+
+def osmlayers(left: Axes, right: Axes) -> tuple[str, str]:
+    """Draw the polygon, and what is mapped around it."""
+    area = places().iloc[:1]
+    show(left, area, facecolor="#eee9dc", edgecolor=INK, linewidth=1.4)
+    found = mapped()
+    water = found["obstacles"]["kind"].isin(["water", "sea"])
+    show(right, found["obstacles"][water], facecolor="#8fbad1", edgecolor="#4f86a5", linewidth=0.5)
+    green = found["obstacles"][~water]
+    show(right, green, facecolor="#b3d195", edgecolor=GREEN, linewidth=0.5, zorder=2)
+    show(right, found["buildings"], facecolor="#cfc8bd", edgecolor="#8c867c", lw=0.3, zorder=3)
+    for level, width in ((4, 0.7), (3, 1.3), (2, 2.0), (1, 2.8)):
+        own = found["streets"][found["streets"]["level"] == level]
+        show(right, own, color="#6b6459", linewidth=width, zorder=4)
+    show(right, found["intersections"], color=INK, markersize=3, zorder=5)
+    show(right, area.boundary, color="#c8442c", linewidth=1.2, linestyle="--", zorder=6)
+    return "a polygon", "what is mapped"
+
+
+LOCAL = 3
+PICTURES: dict[str, Callable[[Axes, Axes], tuple[str, str]]] = {
+    "osmboundary": osmboundary,
+    "osmlayers": osmlayers,
+    "preparesite": preparesite,
+    "candidatemesh": candidatemesh,
+    "designstreets": designstreets,
+    "validatenetwork": validatenetwork,
+}
+
+
+def draw(name: str) -> None:
+    """Draw the picture of a tool in both sizes."""
+    figure, axes = plt.subplots(1, 2, figsize=(WIDTH, HEIGHT), facecolor=PAPER)
+    figure.subplots_adjust(left=0.008, right=0.992, bottom=0.055, top=0.925, wspace=0.025)
+    titles = PICTURES[name](*axes)
+    west, south, east, north = window(name)
+    for ax, title in zip(axes, titles):
+        ax.set(xlim=(west, east), ylim=(south, north), xticks=[], yticks=[], facecolor="#ffffff")
+        ax.set_aspect("equal")
+        ax.set_title(title, fontsize=24, color=INK, pad=9)
+        for side in ax.spines.values():
+            side.set(color="#c9c4b8", linewidth=1.6)
+    figure.text(0.992, 0.014, "© OpenStreetMap contributors", ha="right", fontsize=17,
+                color="#6b6459")  # fmt: skip
+    buffer = io.BytesIO()
+    figure.savefig(buffer, dpi=DPI, facecolor=PAPER)
+    plt.close(figure)
+    large = Image.open(buffer).convert("RGB")
+    size = (PANEL, round(large.height * PANEL / large.width))
+    for folder, image in (
+        (LARGE_FOLDER, large),
+        (SMALL_FOLDER, large.resize(size, Image.Resampling.LANCZOS)),
+    ):
+        folder.mkdir(parents=True, exist_ok=True)
+        path = folder / f"{name}.png"
+        image.save(path, optimize=True)
+        if folder == SMALL_FOLDER and path.stat().st_size > MOST:
+            sys.exit(f"{path} has {path.stat().st_size} bytes, more than {MOST}")
+
+
+def main() -> None:
+    """Draw all pictures, or those of the tools that are named."""
+    for name in sys.argv[1:] or PICTURES:
+        draw(name)
+
+
+if __name__ == "__main__":
+    main()
