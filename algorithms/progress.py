@@ -75,6 +75,49 @@ class Silent:
         return False
 
 
+class Share:
+    """A part of a longer piece of work, told as its share of the whole.
+
+    Parameters
+    ----------
+    progress
+        Told of the whole.
+    begin, end
+        Fractions of the whole at which the part begins and ends.
+
+    Examples
+    --------
+    >>> class Bar(Silent):
+    ...     def stage(self, text: str, fraction: float) -> None:
+    ...         print(text, fraction)
+    >>> Share(Bar(), 0.5, 1.0).stage("half-way through the second half", 0.5)
+    half-way through the second half 0.75
+    """
+
+    def __init__(self, progress: Progress, begin: float, end: float) -> None:
+        self._progress, self._begin, self._end = progress, begin, end
+
+    def stage(self, text: str, fraction: float) -> None:
+        """Tell the stage, its fraction as one of the whole."""
+        self._progress.stage(text, self._begin + fraction * (self._end - self._begin))
+
+    def search(self, state: SearchState) -> None:
+        """Pass the state of a search on."""
+        self._progress.search(state)
+
+    def info(self, text: str) -> None:
+        """Pass a remark on."""
+        self._progress.info(text)
+
+    def warn(self, text: str) -> None:
+        """Pass a warning on."""
+        self._progress.warn(text)
+
+    def cancelled(self) -> bool:
+        """Ask the whole."""
+        return self._progress.cancelled()
+
+
 class Deadline:
     """A moment in time after which work should stop, joined with the caller's cancel.
 

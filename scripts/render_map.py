@@ -139,7 +139,8 @@ def draw(ax: Axes, sheet: Sheet) -> None:
         sheet.blocks.plot(
             ax=ax, color=block_colours(sheet.blocks), edgecolor="none", zorder=2, alpha=0.95
         )
-    sheet.obstacles.clip(sheet.site).plot(
+    # where an obstacle only touches the site, clipping leaves a point or a line
+    sheet.obstacles.clip(sheet.site, keep_geom_type=True).plot(
         ax=ax, facecolor="#a8cd93", edgecolor="#6f9a5a", linewidth=0.6, zorder=2.5
     )
     sheet.site.boundary.plot(ax=ax, color=INK, linewidth=1.4, zorder=3)

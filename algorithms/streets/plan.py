@@ -12,7 +12,7 @@ from ..errors import CancelledError, InputError, MeshError, PlatwrightError
 from ..mesh import QuadMesh, subdivide
 from ..network.problem import IntArray
 from ..network.specification import FORBID, Specification
-from ..progress import Deadline, Progress, Silent
+from ..progress import Deadline, Progress, Share, Silent
 from ..site.types import AccessPoint, Site
 from .adopt import adopt_streets
 from .drawing import draw_plan
@@ -118,12 +118,14 @@ class _Run:
     def design(self) -> None:
         """Design all sites; each gets its share of the time by its area."""
         deadline = Deadline(self.specs[0].time_limit, self.progress)
-        area = sum(site.polygon.area for site in self.sites)
+        whole = area = sum(site.polygon.area for site in self.sites)
         for site, spec in zip(self.sites, self.specs):
-            share = deadline.left * site.polygon.area / max(area, 1e-9)
+            seconds = max(1.0, deadline.left * site.polygon.area / area)
+            begin = 1 - area / whole
             area -= site.polygon.area
+            part = Share(self.progress, begin, 1 - area / whole)
             try:
-                self.plans.append(self._one(site, spec, max(1.0, share)))
+                self.plans.append(self._one(site, spec, seconds, part))
             except CancelledError:
                 if not self.plans:
                     raise
@@ -137,13 +139,13 @@ class _Run:
                 self.progress.warn(f"{site.name}: {error}")
                 self.failures.append((site, error))
 
-    def _one(self, site: Site, spec: Specification, seconds: float) -> SitePlan:
+    def _one(self, site: Site, spec: Specification, seconds: float, progress: Progress) -> SitePlan:
         own = self.wishes(site) if callable(self.wishes) else self.wishes
         own = own.of_site(site, self.sites) if own is not None else None
         given = self.mesh(site) if self.mesh is not None else None
         if self.progress.cancelled():
             raise CancelledError("Cancelled before the first design.")
-        return plan_site(site, spec, own, given, seconds, self.progress)
+        return plan_site(site, spec, own, given, seconds, progress)
 
 
 def plan_site(
@@ -157,7 +159,33 @@ def plan_site(
     """Design the streets of one site; parameters as in `design_streets`."""
     progress = progress or Silent()
     deadline = Deadline(max(1.0, seconds), progress)
-    progress.stage(f"{site.name}: candidate mesh", 0.05)
+    plan = _best_plan(site, spec, wishes, mesh, deadline, progress)
+    if plan.segments:
+        return plan
+    large = site.polygon.area > LARGE * spec.block_width * spec.block_length
+    if spec.dead_ends == FORBID and large:
+        progress.warn(
+            f"{site.name}: no street leads through, since most sides have no road. Streets that "
+            "end blind are allowed instead, as culs-de-sac."
+        )
+        again = dataclasses.replace(spec, dead_ends=CUL_DE_SAC_PRICE)
+        return _best_plan(site, again, wishes, mesh, deadline, progress)
+    progress.warn(
+        f"{site.name}: no street is needed: the site is no larger than a few blocks of "
+        f"{spec.block_width:g} m x {spec.block_length:g} m. Ask for smaller blocks."
+    )
+    return plan
+
+
+def _best_plan(
+    site: Site,
+    spec: Specification,
+    wishes: Wishes | None,
+    mesh: QuadMesh | None,
+    deadline: Deadline,
+    progress: Progress,
+) -> SitePlan:
+    """Design the streets on several meshes, or the given one, and keep the best plan."""
     arrivals = arriving_streets(site, ARRIVAL_SPACING * spec.block_width)
     if mesh is not None:
         given = _met(mesh, arrivals)
@@ -171,17 +199,17 @@ def plan_site(
     for i, make in enumerate(choices):
         if best is not None and (best[0] < GOOD_ENOUGH or deadline.passed()):
             break
-        if i > 0:
-            progress.stage(f"{site.name}: mesh {i + 1} of {len(choices)}", 0.2 + 0.15 * i)
+        part = Share(progress, i / len(choices), (i + 1) / len(choices))
         left = max(1.0, deadline.left / (len(choices) - i))
         try:
+            part.stage(f"{site.name}: candidate mesh", 0.05)
             one = make()
             if any(same_mesh(one, other) for other in tried):
                 continue
             tried.append(one)
-            network = _network_on(site, spec, one, arrivals, wishes, left, progress)
-            progress.stage(f"{site.name}: drawing streets and blocks", 0.92)
-            plan = draw_plan(network, spec, arrivals, only_mesh=mesh is not None, progress=progress)
+            network = _network_on(site, spec, one, arrivals, wishes, left, part)
+            part.stage(f"{site.name}: drawing streets and blocks", 0.92)
+            plan = draw_plan(network, spec, arrivals, only_mesh=mesh is not None, progress=part)
         except MeshError as error:
             failure = error
             continue
@@ -194,22 +222,6 @@ def plan_site(
             best = score, plan
     if best is None:
         raise failure or MeshError(f"No candidate mesh could be made of {site.name}.")
-    if best[1].segments:
-        return best[1]
-    if (
-        spec.dead_ends == FORBID
-        and site.polygon.area > LARGE * spec.block_width * spec.block_length
-    ):
-        progress.warn(
-            f"{site.name}: no street leads through, since most sides have no road. Streets that "
-            "end blind are allowed instead, as culs-de-sac."
-        )
-        again = dataclasses.replace(spec, dead_ends=CUL_DE_SAC_PRICE)
-        return plan_site(site, again, wishes, mesh, deadline.left, progress)
-    progress.warn(
-        f"{site.name}: no street is needed: the site is no larger than a few blocks of "
-        f"{spec.block_width:g} m x {spec.block_length:g} m. Ask for smaller blocks."
-    )
     return best[1]
 
 
