@@ -54,6 +54,7 @@ def mesh_choices(
     arrivals: Sequence[AccessPoint] = (),
     progress: Progress | None = None,
     required: Sequence[LineString] = (),
+    exits: Sequence[tuple[float, float]] = (),
 ) -> list[Callable[[], QuadMesh]]:
     """List the candidate meshes worth trying, as functions that make them.
 
@@ -73,14 +74,18 @@ def mesh_choices(
     required
         Required streets: boundary vertices are drawn to where they leave the site, with an
         index in `QuadMesh.attracted` beyond that of the arrivals.
+    exits
+        Given sinks: boundary vertices are drawn to those near the edge, too.
     """
     edge = site.polygon.boundary
     ends = [xy for line in required for xy in shapely.get_coordinates(line.intersection(edge))]
-    points = np.array([*(p.xy for p in arrivals), *ends], dtype=float).reshape(-1, 2)
+    at_edge = [xy for xy in exits if edge.distance(shapely.Point(xy)) < spec.block_width / 2]
+    points = [*(p.xy for p in arrivals), *ends, *at_edge]
+    drawn = np.array(points, dtype=float).reshape(-1, 2)
     h = edge_length(spec)
 
     def make(size: float) -> QuadMesh:
-        return quadrangulate(site.polygon, size * h, attract_points=points, progress=progress)
+        return quadrangulate(site.polygon, size * h, attract_points=drawn, progress=progress)
 
     def best() -> QuadMesh:
         made: list[QuadMesh] = []

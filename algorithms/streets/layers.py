@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -28,7 +29,9 @@ CLASS_LEVEL = {
 }
 
 #: Blocks longer than this many times the wished length are named.
-LONG = 1.8
+LONG = 1.8  #: Exits moved by more than this are named (metres).
+MOVED = 5.0
+
 COLUMNS: Mapping[str, Sequence[str]] = {
     "streets": (
         "street_id",
@@ -244,6 +247,17 @@ def _problems(plan: SitePlan, spec: Specification) -> Iterable[Row]:
                 f"{spec.block_length:g} m.",
                 "left so: no street may end at a side of the site without a road; add the road "
                 "layer, raise the snap distance or let the whole boundary be the exit",
+            )
+    ground = plan.network.ground
+    for xy, v in ground.exits.items():
+        gap = math.dist(xy, plan.alignment.positions[v])
+        if gap > MOVED:
+            yield _problem(
+                plan,
+                Point(xy),
+                f"Streets leave {gap:.0f} m from the exit given here.",
+                "moved to the nearest corner of a block; draw a mesh to have it exactly here",
+                "info",
             )
     lines = [segment.line for segment in plan.segments]
     for point in plan.arrivals:

@@ -191,8 +191,9 @@ def _best_plan(
         given = _met(mesh, arrivals)
         choices: list[Callable[[], QuadMesh]] = [lambda: given]
     else:
-        required = wishes.required if wishes is not None else ()
-        choices = mesh_choices(site, spec, arrivals, progress, required)
+        own = wishes or Wishes()
+        exits = own.sinks if spec.sink_mode == "points" else ()
+        choices = mesh_choices(site, spec, arrivals, progress, own.required, exits)
     tried: list[QuadMesh] = []
     best: tuple[float, SitePlan] | None = None
     failure: MeshError | None = None

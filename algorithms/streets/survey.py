@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import shapely
@@ -53,6 +53,8 @@ class Ground:
     closed
         Shape (e,). Edges at which a block may end without a street: walls, obstacles, foreign
         ground and forbidden places, but not the edges that would only lead to a wall.
+    exits
+        Given sink -> the vertex that stands for it.
     """
 
     site: Site
@@ -65,6 +67,7 @@ class Ground:
     green_faces: frozenset[int]
     forbidden: shapely.Geometry
     closed: BoolArray
+    exits: dict[tuple[float, float], int] = field(default_factory=dict)
 
     @property
     def free(self) -> BoolArray:
@@ -146,12 +149,14 @@ def survey(
     barred = (_foreign(site, mesh) | blocked) & ~street
     closed = (barred | mesh.boundary_edges) & ~street
     arrivals = {v: attracted[i] for v, i in mesh.attracted.items() if i < len(attracted)}
+    exits = _exits(site, mesh, wishes) if spec.sink_mode == "points" else {}
     ends = _street_ends(site, mesh, spec, street, arrivals)
+    ends[list(exits.values())] = True
     barred = closed | (_to_walls(mesh, ends) & ~street)
     if adopted is not None and adopted.any():
         barred |= _beside_streets(site, mesh) & ~street
     required = required_edges(site, mesh, barred | mesh.boundary_edges, wishes)
-    sinks = _sinks(site, mesh, spec, street, arrivals, wishes)
+    sinks = _sinks(site, mesh, spec, street, arrivals, exits)
     return Ground(
         site,
         mesh,
@@ -163,6 +168,7 @@ def survey(
         _green_faces(mesh, site),
         forbidden,
         closed,
+        exits,
     )
 
 
@@ -259,13 +265,21 @@ def _green_faces(mesh: QuadMesh, site: Site) -> frozenset[int]:
     return frozenset(np.flatnonzero(covered > 0.5 * shapely.area(faces)).tolist())
 
 
+def _exits(site: Site, mesh: QuadMesh, wishes: Wishes) -> dict[tuple[float, float], int]:
+    """Find the vertex of each given sink."""
+    return {
+        (float(xy[0]), float(xy[1])): sink_vertex(site, mesh, xy, wishes, i)
+        for i, xy in enumerate(wishes.sinks)
+    }
+
+
 def _sinks(
     site: Site,
     mesh: QuadMesh,
     spec: Specification,
     street: BoolArray,
     arrivals: dict[int, AccessPoint],
-    wishes: Wishes,
+    exits: dict[tuple[float, float], int],
 ) -> BoolArray:
     """Mark the vertices where traffic leaves."""
     mark = np.zeros(len(mesh.vertices), dtype=np.bool_)
@@ -287,8 +301,7 @@ def _sinks(
                 mark[near] = True
         remedy = "Give a road layer whose streets reach the site, or choose another sink mode."
     else:
-        for i, xy in enumerate(wishes.sinks):
-            mark[sink_vertex(site, mesh, xy, wishes, i)] = True
+        mark[list(exits.values())] = True
         remedy = "Give sink points inside the site or at its edge."
     if not mark.any():
         raise InputError(

@@ -322,3 +322,26 @@ class Warnings(Silent):
 
     def warn(self, text: str) -> None:
         self.texts.append(text)
+
+
+def test_streets_leave_at_the_given_exits_or_it_is_said():
+    given = [(0.0, 85.0), (288.0, 190.0), (110.0, 0.0)]
+    site = make_site(shapely.box(0, 0, 288, 288), frontage=[])  # walls all round
+    design = design_streets([site], Specification(sink_mode="points"), wishes=Wishes(sinks=given))
+    ends = [xy for s in design.plans[0].segments for xy in (s.line.coords[0], s.line.coords[-1])]
+    problems = plan_layers(design)["problems"]
+    said = problems[problems["problem"].str.contains("from the exit given")].geometry.tolist()
+    met = [min(np.hypot(*(np.array(ends) - xy).T)) < 5 for xy in given]
+    assert any(met)
+    assert [shapely.Point(xy) for xy, there in zip(given, met) if not there] == said
+
+
+def test_an_exit_that_no_corner_of_a_block_is_near_is_named(square):
+    given = [(144.0, 110.0)]  # well inside: nothing is drawn to it
+    plan = design_streets(
+        [square], Specification(sink_mode="points", edge_length=72.0), wishes=Wishes(sinks=given)
+    )
+    problems = plan_layers(plan)["problems"]
+    named = problems[problems["problem"].str.contains("from the exit given here")]
+    assert len(named) == 1
+    assert named.geometry.iloc[0].coords[0] == given[0]
