@@ -48,6 +48,10 @@ CROSSING = 6.0
 """How far a road that crosses the boundary is followed to either side, metres."""
 
 
+OUTSIDE = 2.0
+"""A road that crosses the boundary comes from at least this far outside, metres."""
+
+
 @dataclass(frozen=True)
 class _Candidate:
     point: AccessPoint
@@ -237,6 +241,8 @@ def _at_crossings(
                 tail, head = shapely.line_interpolate_point(line, np.clip(steps, 0.0, line.length))
                 if polygon.contains(tail) or not polygon.contains(head):
                     continue
+                if (at if sign > 0 else line.length - at) < OUTSIDE:
+                    continue  # a road inside that only begins at the edge
                 ahead = at + sign * PROBES
                 ahead = ahead[(ahead >= 0.0) & (ahead <= line.length)]
                 path = shapely.line_interpolate_point(line, ahead)

@@ -18,6 +18,11 @@ import numpy.typing as npt
 _SIGNS = {"full_id", "osm_id", "osmid", "osm_way_id", "other_tags", "@id"}
 _PAIR = re.compile(r'"((?:[^"\\]|\\.)*)"\s*=>\s*"((?:[^"\\]|\\.)*)"')
 _NO = ("", "no", "0", "false", "f", "n")
+#: Values of highway of what is not there yet or no more, and of what is beside streets.
+_NO_STREETS = (
+    "", "no", "planned", "proposed", "abandoned", "disused", "razed", "demolished", "services",
+    "rest_area", "bus_stop",
+)  # fmt: skip
 
 
 def is_osm(frame: gpd.GeoDataFrame) -> bool:
@@ -87,10 +92,11 @@ def no_street(frame: gpd.GeoDataFrame) -> npt.NDArray[np.bool_]:
     Returns
     -------
     numpy.ndarray of bool
-        True for lines without a value of highway, such as streams, tracks and fences, and for
-        the outlines of squares (area=yes).
+        True for lines without a value of highway, such as streams, tracks and fences, for streets
+        that are planned or gone, and for the outlines of squares (area=yes).
     """
-    other: npt.NDArray[np.bool_] = (tag(frame, "highway") == "") | (tag(frame, "area") == "yes")
+    area = tag(frame, "area") == "yes"
+    other: npt.NDArray[np.bool_] = area | np.isin(tag(frame, "highway"), _NO_STREETS)
     return other
 
 

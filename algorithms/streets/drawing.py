@@ -85,6 +85,7 @@ def draw_plan(
         tuple(found),
         tuple(arrivals),
         _uncovered(network),
+        spec,
     )
 
 

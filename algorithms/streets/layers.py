@@ -13,7 +13,6 @@ import shapely
 from pyproj import CRS
 from shapely.geometry import LineString, Point
 
-from ..network.specification import Specification
 from ..site.types import BoundaryStreet
 from .adopt import existing_lines
 from .joints import TIP, split_at
@@ -72,7 +71,7 @@ def plan_layers(plan: StreetPlan) -> dict[str, gpd.GeoDataFrame]:
             "streets": [*_new_streets(own), *_existing_streets(own)],
             "junctions": _junctions(own),
             "blocks": _blocks(own),
-            "problems": _problems(own, plan.specification),
+            "problems": _problems(own),
         }
         for key, values in rows.items():
             parts[key].append(_frame(values, COLUMNS[key], own.site.crs, source))
@@ -229,8 +228,9 @@ def _blocks(plan: SitePlan) -> Iterable[Row]:
         }
 
 
-def _problems(plan: SitePlan, spec: Specification) -> Iterable[Row]:
+def _problems(plan: SitePlan) -> Iterable[Row]:
     """List what could not be had, place by place."""
+    spec = plan.specification
     for xy in plan.uncovered:
         yield _problem(
             plan,

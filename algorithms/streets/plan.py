@@ -162,6 +162,9 @@ def plan_site(
     plan = _best_plan(site, spec, wishes, mesh, deadline, progress)
     if plan.segments:
         return plan
+    if progress.cancelled():
+        # There may be streets yet: nothing is said of why there are none.
+        raise CancelledError("Cancelled before the first design.")
     large = site.polygon.area > LARGE * spec.block_width * spec.block_length
     if spec.dead_ends == FORBID and large:
         progress.warn(

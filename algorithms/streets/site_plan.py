@@ -49,6 +49,8 @@ class SitePlan:
         Existing streets that could be continued.
     uncovered
         Positions of mesh vertices that no street reaches within the coverage range.
+    specification
+        What was asked of this site.
     """
 
     site: Site
@@ -60,6 +62,7 @@ class SitePlan:
     blocks: tuple[Block, ...]
     arrivals: tuple[AccessPoint, ...]
     uncovered: tuple[tuple[float, float], ...]
+    specification: Specification
 
     @property
     def continued(self) -> int:
@@ -77,7 +80,7 @@ class StreetPlan:
     plans
         One plan per site that could be designed.
     specification
-        What was asked.
+        What was asked, of the first site where each has its own.
     seconds
         Wall time.
     stopped

@@ -20,6 +20,8 @@ from .wishes import TOUCH, Wishes, nearest_vertex, required_edges, sink_vertex
 
 #: A street is carried on to a centre line over at most this many times the snap distance.
 CARRY = 1.5
+#: No street ends at the edge of the site further than this from where a street runs (metres).
+BEYOND = 6.0
 #: A new street this near to an existing one runs beside it (metres).
 BESIDE = 8.0
 #: Length of an edge on foreign ground that is let pass (metres), and at its end on the
@@ -221,8 +223,12 @@ def _street_ends(
     on_street[mesh.edges[street].ravel()] = True
     beside = existing_lines(site)
     if not beside.is_empty and spec.sink_mode != "boundary":
-        gap = shapely.distance(shapely.points(mesh.vertices), beside)
-        on_street &= gap <= CARRY * site.snap_distance
+        here = shapely.points(mesh.vertices)
+        on_street &= shapely.distance(here, beside) <= CARRY * site.snap_distance
+        # a boundary edge may reach beyond the end of the street along it
+        edge = site.polygon.boundary
+        feet = shapely.line_interpolate_point(edge, shapely.line_locate_point(edge, here))
+        on_street &= shapely.distance(feet, site.street_frontage) <= BEYOND
     on_street[list(arrivals)] = True
     return on_street
 

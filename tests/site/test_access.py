@@ -59,6 +59,10 @@ def test_road_that_crosses_into_the_site():
     assert point.direction == pytest.approx((0, 1))
 
 
+def test_road_inside_that_begins_at_the_edge_does_not_arrive():
+    assert find([(100, -0.3), (98, 60)]) == []
+
+
 def test_road_through_the_site_arrives_twice():
     points = sorted(find([(100, -80), (100, 180)]), key=lambda p: p.xy)
     assert [p.xy for p in points] == [pytest.approx((100, 0)), pytest.approx((100, 100))]

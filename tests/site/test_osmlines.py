@@ -89,6 +89,13 @@ def test_a_square_drawn_as_an_area_is_no_street():
     assert not in_tunnel(roads).any()
 
 
+@pytest.mark.parametrize("kind", ["proposed", "abandoned", "razed", "planned", "services", "no"])
+def test_what_is_not_built_or_gone_is_no_street(kind):
+    roads = quickosm()
+    roads.loc[0, "highway"] = kind
+    assert not {s.name for s in prepare_sites(SITE, roads).sites[0].boundary_streets}
+
+
 def test_layers_of_others_are_left_alone():
     """A road layer with classes but without OpenStreetMap's ids keeps roads without a class."""
     plain = gdal()[["name", "highway", "geometry"]]

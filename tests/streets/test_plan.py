@@ -203,6 +203,19 @@ def test_one_bad_site_does_not_cost_the_others():
     assert (problems["severity"] == "error").sum() == 1
 
 
+def test_problems_of_a_site_are_told_by_its_own_wishes():
+    sites = [make_site(shapely.box(x, 0, x + 420, 300)) for x in (0, 900)]
+    own = {id(site): Specification(gap=gap) for site, gap in zip(sites, (0.01, 0.02))}
+    plan = design_streets(sites, lambda site: own[id(site)])
+    assert [one.specification for one in plan.plans] == list(own.values())
+    small = Specification(block_width=20, block_length=30)
+    mixed = [plan.plans[0], dataclasses.replace(plan.plans[1], specification=small)]
+    problems = plan_layers(dataclasses.replace(plan, plans=tuple(mixed)))["problems"]
+    told = problems[problems["problem"].str.contains("wished length is 30 m")]
+    assert len(told) == len(plan.plans[1].blocks)
+    assert (told.geometry.x > plan.plans[0].site.polygon.bounds[2]).all()
+
+
 def test_required_streets_are_followed_closely(square):
     wished = LineString([(0, 130), (288, 160)])
     plan = plan_of(square, wishes=Wishes(required=[wished]))
@@ -345,3 +358,16 @@ def test_an_exit_that_no_corner_of_a_block_is_near_is_named(square):
     named = problems[problems["problem"].str.contains("from the exit given here")]
     assert len(named) == 1
     assert named.geometry.iloc[0].coords[0] == given[0]
+
+
+def test_no_street_ends_beyond_the_street_along_the_edge():
+    short = LineString([(0, 0), (165, 0)])  # the mesh edge from 144 to 216 m is half along it
+    site = make_site(
+        shapely.box(0, 0, 432, 288),
+        frontage=[short, LineString([(0, 288), (0, 0)])],
+        streets=(BoundaryStreet(LineString([(-50, -8), (165, -8)]), "South Street"),),
+    )
+    for segment in plan_of(site).segments:
+        for xy in (segment.line.coords[0], segment.line.coords[-1]):
+            if xy[1] < 1:
+                assert xy[0] <= 165 + 6
