@@ -165,18 +165,26 @@ def plan_site(
     if progress.cancelled():
         # There may be streets yet: nothing is said of why there are none.
         raise CancelledError("Cancelled before the first design.")
-    large = site.polygon.area > LARGE * spec.block_width * spec.block_length
-    if spec.dead_ends == FORBID and large:
+    if site.polygon.area <= LARGE * spec.block_width * spec.block_length:
+        progress.warn(
+            f"{site.name}: no street is needed: the site is no larger than a few blocks of "
+            f"{spec.block_width:g} m x {spec.block_length:g} m. Ask for smaller blocks."
+        )
+        return plan
+    if spec.dead_ends == FORBID:
+        again = dataclasses.replace(spec, dead_ends=CUL_DE_SAC_PRICE)
+        plan = _best_plan(site, again, wishes, mesh, deadline, progress)
+    if plan.segments:
         progress.warn(
             f"{site.name}: no street leads through, since most sides have no road. Streets that "
             "end blind are allowed instead, as culs-de-sac."
         )
-        again = dataclasses.replace(spec, dead_ends=CUL_DE_SAC_PRICE)
-        return _best_plan(site, again, wishes, mesh, deadline, progress)
-    progress.warn(
-        f"{site.name}: no street is needed: the site is no larger than a few blocks of "
-        f"{spec.block_width:g} m x {spec.block_length:g} m. Ask for smaller blocks."
-    )
+    else:
+        progress.warn(
+            f"{site.name}: no street can be designed: obstacles, or sides without a road, cut "
+            "the site off. Take obstacles out that may be crossed, add roads, raise the snap "
+            "distance, or let the whole boundary be the exit."
+        )
     return plan
 
 

@@ -371,3 +371,15 @@ def test_no_street_ends_beyond_the_street_along_the_edge():
         for xy in (segment.line.coords[0], segment.line.coords[-1]):
             if xy[1] < 1:
                 assert xy[0] <= 165 + 6
+
+
+def test_a_site_that_obstacles_cut_off_says_so():
+    site = make_site(
+        shapely.box(0, 0, 288, 288),
+        frontage=[LineString([(0, 0), (288, 0)])],
+        streets=(BoundaryStreet(LineString([(0, 0), (288, 0)]), "South Street"),),
+        obstacles=(shapely.box(0, 8, 288, 24),),
+    )
+    said = Warnings()
+    design_streets([site], Specification(), progress=said)
+    assert any("cut the site off" in text for text in said.texts)
