@@ -166,6 +166,9 @@ class _Cutter:
             if len(parts) != 2:
                 continue
             sizes = [block_size(part) for part in parts]
+            # where blocks are to be hardly longer than wide, halves may be worse than the whole
+            if sum(self._strain(*size) for size in sizes) / 2 >= self._strain(width, length):
+                continue
             if max(size[1] for size in sizes) > 0.9 * length:
                 continue
             least = TOO_THIN * min(self.spec.block_width, width)
@@ -204,6 +207,11 @@ class _Cutter:
         """How far a block is from the wished size: 0 good, 0.5 off, 1 or more bad."""
         width, length = block_size(polygon)
         return self._width_misfit(width) + 0.5 * (length > TOO_LONG * self.spec.block_length)
+
+    def _strain(self, width: float, length: float) -> float:
+        """How many times too narrow, too wide or too long a block is, as logarithms."""
+        over = max(0.0, math.log(length / (TOO_LONG * self.spec.block_length)))
+        return abs(math.log(max(width, 1.0) / self.spec.block_width)) + over
 
     def _width_misfit(self, width: float) -> float:
         """0 where a block is as wide as asked, 0.5 where it is off, 1 where it is too thin."""

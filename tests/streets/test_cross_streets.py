@@ -194,3 +194,9 @@ def test_cross_streets_pass_the_independent_check():
     report = validate_network(layers["streets"], site=frame, boundary_streets=roads)
     errors = report.problems[report.problems["severity"] == "error"]
     assert errors.empty, list(errors["text"])
+
+
+def test_a_square_block_a_little_too_long_is_not_halved():
+    spec = Specification(block_width=80.0, block_length=80.0)
+    square = box(0, 0, 100, 75)
+    assert cross_streets([block(square)], spec, around(square.exterior)) == []
