@@ -48,12 +48,12 @@ PLANNER = {
         end=0.8,
         bend=2.5,
         kink=0.5,
-        carry_on=2.5,
+        carry_on=3.0,
         too_close=6.0,
         zigzag=5.0,
         cover_penalty=3.0,
     ),
-    LOCAL: LevelRules(end=0.25, bend=1.6, kink=0.3, carry_on=2.0, too_close=0.0, zigzag=3.0),
+    LOCAL: LevelRules(end=0.25, bend=1.6, kink=0.3, carry_on=3.0, too_close=0.0, zigzag=3.0),
 }
 
 
