@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Optional
@@ -15,8 +16,8 @@ from ..progress import Progress
 from .names import Match, match_name
 from .polygons import area_ha, crosses_antimeridian, same_area
 from .settings import ATTRIBUTION, LICENCE
+from .shapes import WGS84
 
-CRS = "EPSG:4326"
 #: Columns of the layer before the geometry.
 COLUMNS = (
     "rank", "name", "display_name", "kind", "admin_level", "osm_id", "area_ha", "match",
@@ -26,6 +27,8 @@ COLUMNS = (
 STATE = 2
 #: Areas from this size on are no sites but regions, in hectares.
 REGION = 1e6
+
+_TURN = 360.0
 
 BY_ID = Match(0, "OSM id")
 UNKNOWN = Match(9, "")
@@ -53,8 +56,6 @@ class Candidate:
         Its other names.
     match
         How it was found.
-    weight
-        Importance, the greater the better.
     same_as
         Ids of other things that cover the same ground.
     """
@@ -67,7 +68,6 @@ class Candidate:
     admin_level: Optional[int] = None
     names: tuple[str, ...] = ()
     match: Match = UNKNOWN
-    weight: float = 0.0
     same_as: tuple[str, ...] = ()
 
     @property
@@ -126,9 +126,25 @@ def smallest_first(
 
 
 def nearest_first(candidates: Sequence[Candidate], point: tuple[float, float]) -> list[Candidate]:
-    """Sort by distance from a point, keeping the order of those that contain it."""
-    place = shapely.Point(point)
-    return sorted(candidates, key=lambda c: round(float(shapely.distance(c.geometry, place)), 6))
+    """Sort by distance from a point, keeping the order of those that contain it.
+
+    Parameters
+    ----------
+    candidates
+        In any order.
+    point
+        Longitude and latitude, degrees.
+    """
+    # Degrees of longitude shrink towards the poles, and their count begins anew at the meridian.
+    shrink = math.cos(math.radians(point[1]))
+    turns = (-_TURN, 0.0, _TURN)
+    places = shapely.points([((point[0] + turn) * shrink, point[1]) for turn in turns])
+
+    def away(candidate: Candidate) -> float:
+        flat = shapely.transform(candidate.geometry, lambda xy: xy * (shrink, 1.0))
+        return round(float(shapely.distance(places, flat).min()), 6)
+
+    return sorted(candidates, key=away)
 
 
 def frame_of(candidates: Sequence[Candidate], **origin: Any) -> gpd.GeoDataFrame:
@@ -155,8 +171,8 @@ def frame_of(candidates: Sequence[Candidate], **origin: Any) -> gpd.GeoDataFrame
     ]  # fmt: skip
     frame = gpd.GeoDataFrame(
         {name: [row[k] for row in rows] for k, name in enumerate(COLUMNS)},
-        geometry=gpd.GeoSeries([c.geometry for c in candidates], crs=CRS),
-        crs=CRS,
+        geometry=gpd.GeoSeries([c.geometry for c in candidates], crs=WGS84),
+        crs=WGS84,
     )
     # Levels stay whole numbers although some are missing.
     frame["admin_level"] = frame["admin_level"].astype("Int64")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import datetime
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,26 +17,10 @@ import geopandas as gpd
 
 from ..errors import CancelledError, InputError
 from ..progress import Progress, Silent
-from .shapes import WGS84, area_id, area_wkb, load_osmium, troubles, valid_polygons
+from .names import other_names
+from .packages import load_osmium
+from .shapes import WGS84, area_id, area_wkb, troubles, valid_polygons
 from .waiting import wait_for
-
-__all__ = [
-    "BOUNDARY_COLUMNS",
-    "LARGEST",
-    "SUFFIXES",
-    "WGS84",
-    "FileInfo",
-    "area_id",
-    "area_wkb",
-    "check_file",
-    "file_info",
-    "load_osmium",
-    "opened",
-    "read_boundaries",
-    "run_cancellable",
-    "valid_polygons",
-    "walk",
-]
 
 SUFFIXES = (".osm.pbf", ".pbf", ".osm", ".osm.gz", ".osm.bz2")
 """Endings of the files that can be read."""
@@ -53,9 +37,6 @@ _MOST_OBJECTS_UNASKED = 512
 BOUNDARY_COLUMNS = ("osm_id", "name", "names", "kind", "admin_level", "place")
 #: Tags of areas that somebody may look for by name, in the order in which they name the kind.
 _BOUNDARY_KEYS = ("boundary", "place", "landuse", "leisure", "natural", "amenity", "tourism")
-_NAME_KEYS = (
-    "name", "alt_name", "official_name", "short_name", "old_name", "loc_name", "int_name",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -183,24 +164,6 @@ def _corrupted(path: Path, error: Exception) -> InputError:
     )
 
 
-def run_cancellable(work: Callable[[Progress], Any], progress: Progress | None) -> Any:
-    """Run work that may be held up in C++ in a thread, so that Cancel is heard meanwhile.
-
-    Parameters
-    ----------
-    work
-        Given a progress to talk to, which tells it when nobody waits any more.
-    progress
-        Hears what the work says.
-
-    Raises
-    ------
-    CancelledError
-        The caller has cancelled.
-    """
-    return wait_for(work, progress or Silent())
-
-
 def walk(
     path: Path, keys: Iterable[str], progress: Progress, *, text: str, end: float = 1.0
 ) -> Iterator[Any]:
@@ -287,8 +250,7 @@ def read_boundaries(path: Path | str, progress: Progress | None = None) -> gpd.G
     """
     load_osmium()
     found = check_file(path)
-    frame: gpd.GeoDataFrame = run_cancellable(lambda own: _boundaries(found, own), progress)
-    return frame
+    return wait_for(lambda own: _boundaries(found, own), progress or Silent())
 
 
 def _boundaries(path: Path, progress: Progress) -> gpd.GeoDataFrame:
@@ -317,12 +279,6 @@ def _boundaries(path: Path, progress: Progress) -> gpd.GeoDataFrame:
 def _described(tags: Mapping[str, str]) -> tuple[str | None, ...]:
     """Return name, names, kind, admin_level and place of an area."""
     name = tags.get("name")
-    others = [
-        part.strip()
-        for key, value in tags.items()
-        if key in _NAME_KEYS or key.split(":", 1)[0] in ("name", "alt_name", "official_name")
-        for part in value.split(";")
-    ]
-    names = ";".join(dict.fromkeys(part for part in others if part and part != name))
+    names = ";".join(other_names(tags, name or ""))
     kind = next((tags[key] for key in _BOUNDARY_KEYS if key in tags), None)
     return name, names or None, kind, tags.get("admin_level"), tags.get("place")

@@ -18,9 +18,14 @@ from .shapes import WGS84, polygons_only
 LARGEST_AREA = 1000e6
 """Larger areas are refused, square metres: a large city still fits, a country does not."""
 
+MOST_CORNERS = 40
+"""Points of an outline that is asked for."""
+
 GEOD = Geod(ellps="WGS84")
 _HALF_TURN = 180.0
 _POLE = 89.0
+#: Metres by which an outline may be wider than what it is of, to begin with.
+_LEAST_SLACK = 5.0
 
 
 def check_polygon(polygon: shapely.Geometry, progress: Progress) -> shapely.Geometry:
@@ -124,29 +129,22 @@ def site_polygon(frame: gpd.GeoDataFrame, layer: str) -> shapely.Geometry:
 
 
 def _check_globe(west: float, south: float, east: float, north: float) -> None:
-    if west < -_HALF_TURN or east > _HALF_TURN:
-        if south < -90 or north > 90 or west < -360 or east > 360:
-            raise InputError(
-                "The polygon is not in degrees of longitude and latitude.",
-                "See whether its coordinate reference system is right.",
-            )
-        raise _across()
-    if south < -90 or north > 90:
+    if south < -90 or north > 90 or west < -360 or east > 360:
         raise InputError(
             "The polygon is not in degrees of longitude and latitude.",
             "See whether its coordinate reference system is right.",
         )
     if south < -_POLE or north > _POLE:
         raise InputError("The polygon reaches to a pole.", "Use a smaller polygon.")
-    if east - west > _HALF_TURN:
+    if west < -_HALF_TURN or east > _HALF_TURN or east - west > _HALF_TURN:
         raise _across()
 
 
 def _across() -> InputError:
     return InputError(
-        "The polygon lies across the 180° meridian (the antimeridian), or reaches half round the "
-        "globe.",
-        "Cut it at the meridian and run once for each side, or use a smaller polygon.",
+        "The polygon lies across the 180° meridian (the antimeridian) or so close to it that the "
+        "streets around are beyond it, or it reaches half round the globe.",
+        "Cut it some kilometres from the meridian, or use a smaller polygon.",
     )
 
 
@@ -177,13 +175,71 @@ def widened(polygon: shapely.Geometry, reach: float, crs: CRS) -> shapely.Geomet
     -------
     shapely.Polygon or shapely.MultiPolygon
         In EPSG:4326.
+
+    Raises
+    ------
+    InputError
+        It reaches across the 180° meridian.
     """
     moved = gpd.GeoSeries([polygon], crs=WGS84).to_crs(crs)
     wide = moved.buffer(reach)
     filled = [shapely.Polygon(part.exterior) for part in shapely.get_parts(wide.to_numpy())]
-    shape = shapely.union_all(filled)
-    result: shapely.Geometry = gpd.GeoSeries([shape], crs=crs).to_crs(WGS84).iloc[0]
-    return result
+    return _in_degrees(shapely.union_all(filled), crs)
+
+
+def outline(polygon: shapely.Geometry, crs: CRS) -> shapely.Polygon:
+    """Return a polygon of few corners around another one, for questions to Overpass.
+
+    osmnx writes the outline into every one of the 180 parts of its question for features, and
+    the servers take no question of more than a megabyte.
+
+    Parameters
+    ----------
+    polygon
+        In EPSG:4326.
+    crs
+        CRS in metres, see `local_crs`.
+
+    Returns
+    -------
+    shapely.Polygon
+        In EPSG:4326, of at most `MOST_CORNERS` points. A single one around several parts, since
+        osmnx asks for all ground between them.
+
+    Raises
+    ------
+    InputError
+        It reaches across the 180° meridian.
+    """
+    parts = shapely.get_parts(polygon)
+    hull = shapely.convex_hull(polygon)
+    if len(parts) > 1:
+        return _simpler(hull, crs)
+    # Around a ragged outline the hull may be the smaller one.
+    both = _simpler(shapely.Polygon(parts[0].exterior), crs), _simpler(hull, crs)
+    return min(both, key=shapely.area)
+
+
+def _simpler(shape: shapely.Polygon, crs: CRS) -> shapely.Polygon:
+    """Return a polygon of at most `MOST_CORNERS` points around another, as close as it may be."""
+    own = gpd.GeoSeries([shape], crs=WGS84).to_crs(crs).iloc[0]
+    width, found = _LEAST_SLACK, shape
+    # An edge that is straight in metres is not in degrees, so that it is looked at there.
+    while shapely.get_num_coordinates(found) > MOST_CORNERS or not shapely.covers(found, shape):
+        # The corners of eight sides are 0.92 widths away, and less than that is taken away.
+        wide = shapely.simplify(shapely.buffer(own, width, quad_segs=2), 0.8 * width)
+        found = _in_degrees(shapely.Polygon(shapely.get_parts(wide)[0].exterior), crs)
+        width *= 2.0
+    return found
+
+
+def _in_degrees(shape: shapely.Geometry, crs: CRS) -> shapely.Geometry:
+    """Return a shape in metres in EPSG:4326, unless it reaches across the meridian."""
+    moved: shapely.Geometry = gpd.GeoSeries([shape], crs=crs).to_crs(WGS84).iloc[0]
+    west, _, east, _ = shapely.bounds(moved)
+    if east - west > _HALF_TURN:  # part of it came out on the other side of the map
+        raise _across()
+    return moved
 
 
 def lengths_m(lines: gpd.GeoSeries) -> list[float]:

@@ -19,10 +19,12 @@ from ..progress import Progress, Silent
 from . import files, ground, mapped, streets
 from .classes import COLUMNS, EXCLUDED, FEATURES, NetworkType, is_feature, overpass_filter
 from .local import LocalMap, read_local, write_streets
-from .session import QUERY_SETTINGS, load_osmnx, with_osmnx
+from .packages import load_osmnx
+from .session import QUERY_SETTINGS, with_osmnx
 from .settings import ATTRIBUTION, LICENCE, OsmSettings
 from .shapes import WGS84, polygons_only
 from .transport import Transport
+from .waiting import wait_for
 
 REACH = 80.0
 """Layers reach this far beyond the polygon, metres: beyond the streets along its edge."""
@@ -31,6 +33,9 @@ FARTHEST_REACH = 2000.0
 
 AHEAD = 300.0
 """Streets are looked at this much farther, metres, so that those at the end are whole."""
+
+OSMNX_AHEAD = 500.0
+"""So much farther still, metres, osmnx asks for streets, to count those at each junction."""
 
 #: Tags of areas in whose midst a site may lie.
 _AREA_KEYS = ("landuse", "leisure", "natural", "amenity", "aeroway", "military")
@@ -118,7 +123,7 @@ def osm_layers(
         origin = without_credentials(settings.overpass_url)
     progress.stage("Sorting what was found", 0.85)
     lines, points, features = found
-    layers: dict[str, gpd.GeoDataFrame] = files.run_cancellable(
+    layers: dict[str, gpd.GeoDataFrame] = wait_for(
         lambda _: {
             "streets": lines,
             "intersections": points,
@@ -154,9 +159,7 @@ def _from_file(
     load_osmnx()
     date = files.file_info(path).date
     window = ground.widened(wide, AHEAD, crs)
-    local: LocalMap = files.run_cancellable(
-        lambda own: read_local(path, window, network_type, own), progress
-    )
+    local: LocalMap = wait_for(lambda own: read_local(path, window, network_type, own), progress)
     if not local.ways:
         return (*streets.no_streets(), local.features), date
     progress.stage("Simplifying streets", 0.6)
@@ -185,9 +188,11 @@ def _from_services(
     crs: CRS,
     progress: Progress,
 ) -> tuple[_Found, datetime.date | None]:
-    ahead = ground.widened(wide, AHEAD, crs)
-    # What osmnx asks for: parts that lie apart are asked for with all ground between them.
-    ground.check_size(shapely.convex_hull(ahead) if len(shapely.get_parts(ahead)) > 1 else ahead)
+    asked = ground.outline(wide, crs)
+    ahead = ground.outline(ground.widened(wide, AHEAD, crs), crs)
+    ground.widened(ahead, OSMNX_AHEAD, crs)  # it must not reach across the meridian
+    if len(shapely.get_parts(wide)) > 1:  # all ground between them is asked for, too
+        ground.check_size(ahead)
 
     def fetch(osmnx: ModuleType, transport: Transport) -> tuple[_Found, datetime.date | None]:
         transport.progress.stage("Fetching streets from OpenStreetMap", 0.05)
@@ -195,9 +200,10 @@ def _from_services(
         transport.progress.stage("Fetching buildings and areas from OpenStreetMap", 0.45)
         wanted = {key: list(values) or True for key, values in FEATURES.items()}
         try:
-            table = osmnx.features_from_polygon(wide, tags=wanted)
+            table = osmnx.features_from_polygon(asked, tags=wanted)
         except osmnx._errors.InsufficientResponseError:
             table = gpd.GeoDataFrame(geometry=[], crs=WGS84)
+        transport.progress.stage("Asking which areas enclose the polygon", 0.75)
         features = with_enclosing(_normalised(table), wide, transport)
         if len(lines) == 0 and len(features) == 0:
             corners = ", ".join(f"{value:.3f}" for value in shapely.bounds(wide))

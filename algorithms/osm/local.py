@@ -15,6 +15,7 @@ from ..errors import InputError
 from ..progress import Progress
 from . import files, shapes
 from .classes import COLUMNS, FEATURES, NetworkType, in_network, is_feature
+from .packages import load_osmium
 
 _CHUNK = 2000
 #: No street is mapped as a single way longer than this, degrees.
@@ -115,7 +116,7 @@ def read_local(
     CancelledError
         The caller has cancelled.
     """
-    osmium = shapes.load_osmium()
+    osmium = load_osmium()
     factory = osmium.geom.WKBFactory()
     features = _Collector(window)
     streets = _Streets(window)
@@ -232,7 +233,7 @@ def write_streets(found: LocalMap, path: Path, keys: tuple[str, ...]) -> None:
     keys
         Tags to write.
     """
-    osmium = shapes.load_osmium()
+    osmium = load_osmium()
     with osmium.SimpleWriter(str(path)) as writer:
         for ref, place in found.nodes.items():
             writer.add_node(osmium.osm.mutable.Node(id=ref, location=place))

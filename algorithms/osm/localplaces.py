@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Optional
 
 import shapely
 
@@ -13,7 +14,10 @@ from ..errors import CancelledError, InputError
 from ..progress import Progress
 from . import files
 from .candidates import BY_ID, Candidate, level, matched, smallest_first
-from .names import Match, OsmId, fold, match_name
+from .names import Match, OsmId, fold, match_name, other_names
+from .packages import load_osmium
+from .shapes import area_id, area_wkb, valid_polygons
+from .waiting import wait_for
 
 #: Tags of which one says what an area is.
 _KIND_KEYS = (
@@ -44,6 +48,20 @@ class Place:
     osm_id: str
     name: str
     point: tuple[float, float]
+
+
+class _Part:
+    """The progress of one reading of several, as a part of that of all."""
+
+    def __init__(self, whole: Progress, start: float, end: float) -> None:
+        self.start, self.span = start, end - start
+        self.whole = whole
+        self.search, self.info, self.warn = whole.search, whole.info, whole.warn
+        self.cancelled = whole.cancelled
+
+    def stage(self, text: str, fraction: float) -> None:
+        """Pass the stage on."""
+        self.whole.stage(text, self.start + fraction * self.span)
 
 
 class Local:
@@ -82,7 +100,7 @@ class Local:
         InputError
             There is no such place.
         """
-        everything = self._named()
+        everything = self._named(0.0, 0.6)
         found = _matching(everything, name)
         if not found and "," in name:
             found = _matching(everything, name.split(",")[0])
@@ -92,6 +110,8 @@ class Local:
         if found and found[0].match.grade <= _WHOLE_NAME:
             return found
         places = self._places(name)
+        if not places and "," in name:
+            places = _points_within(self._places(name.split(",")[0]), everything, name)
         if found and not places:
             return found
         if not places:
@@ -99,14 +119,31 @@ class Local:
                 f"{self.path.name} has no area called '{name}'.",
                 self._suggestions(everything, name),
             )
-        best = places[0]
-        others = "after those whose name is similar" if found else "instead, boundaries first"
+        return [*found, *self._around_points(places, everything, name, bool(found))]
+
+    def _around_points(
+        self, places: Sequence[Place], everything: Sequence[Candidate], name: str, others: bool
+    ) -> list[Candidate]:
+        """Say that a name is that of points, and offer what encloses the first in any area."""
+        best, around = places[0], list[Candidate]()
+        for place in places:
+            found = _enclosing(everything, place.point, f"encloses {place.name}")
+            if found:
+                best, around = place, found
+                break
+        where = "after those whose name is similar" if others else "instead, boundaries first"
         self.progress.warn(
             f"'{name}' is a point in {self.path.name} ({best.name}, {best.osm_id}) without a "
-            f"boundary of its own: areas that enclose it are listed {others}."
+            f"boundary of its own: areas that enclose it are listed {where}."
         )
-        around = self._enclosing(everything, best.point, f"encloses {best.name}")
-        return [*found, *smallest_first(around, administrative_first=True)]
+        more = [place for place in places if place is not best]
+        if more:
+            few = "; ".join(f"{p.osm_id} at {p.point[0]:.5f},{p.point[1]:.5f}" for p in more[:5])
+            self.progress.warn(
+                f"{len(more)} more of that name: {few}{'; ...' if len(more) > 5 else ''}. Give "
+                "one of them as the point, without a place, for what encloses it."
+            )
+        return smallest_first(around, administrative_first=True)
 
     def by_id(self, identity: OsmId) -> list[Candidate]:
         """Find one area by its id.
@@ -121,11 +158,7 @@ class Local:
                 f"{identity} is a node, so a point, which is no area.",
                 "Give a way or a relation, or the point itself.",
             )
-        found = [
-            area
-            for area in self._areas(_KIND_KEYS)
-            if str(identity) in (area.osm_id, *area.same_as)
-        ]
+        found = self._areas(_KIND_KEYS, 0.0, 0.9, osm_id=str(identity))
         if not found:
             raise InputError(
                 f"{self.path.name} has no complete area {identity}.",
@@ -144,23 +177,12 @@ class Local:
         match
             What to say of how they were found.
         """
-        return self._enclosing(self._areas(_SITE_KEYS), point, match)
+        unnamed = self._areas(_SITE_KEYS, 0.0, 0.45, spot=shapely.Point(point))
+        return _enclosing([*unnamed, *self._named(0.45, 0.9)], point, match)
 
-    def _enclosing(
-        self, more: Sequence[Candidate], point: tuple[float, float], match: str
-    ) -> list[Candidate]:
-        spot = shapely.Point(point)
-        known = {area.osm_id: area for area in (*more, *self._named())}
-        around = smallest_first(a for a in known.values() if a.geometry.intersects(spot))
-        return [
-            dataclasses.replace(
-                area, match=Match(7, match), display_name=_address(area, around[at + 1 :])
-            )
-            for at, area in enumerate(around)
-        ]
-
-    def _named(self) -> list[Candidate]:
-        frame = files.read_boundaries(self.path, self.progress)
+    def _named(self, start: float, end: float) -> list[Candidate]:
+        """Return all areas that have a name, read while the progress goes from start to end."""
+        frame = files.read_boundaries(self.path, _Part(self.progress, start, end))
         return [
             Candidate(
                 osm_id=row.osm_id,
@@ -173,27 +195,38 @@ class Local:
             for row in frame.itertuples(index=False)
         ]
 
-    def _areas(self, keys: Sequence[str]) -> list[Candidate]:
-        """Return all areas that have one of some tags, named or not."""
-        found: list[Candidate] = files.run_cancellable(
-            lambda own: self._read(keys, own), self.progress
+    def _areas(
+        self, keys: Sequence[str], start: float, end: float, **which: Any
+    ) -> list[Candidate]:
+        """Return the areas that have one of some tags, and are those of `_read`."""
+        return wait_for(
+            lambda own: self._read(keys, own, **which), _Part(self.progress, start, end)
         )
-        return found
 
-    def _read(self, keys: Sequence[str], progress: Progress) -> list[Candidate]:
-        factory = files.load_osmium().geom.WKBFactory()
+    def _read(
+        self,
+        keys: Sequence[str],
+        progress: Progress,
+        *,
+        osm_id: str = "",
+        spot: Optional[shapely.Point] = None,
+    ) -> list[Candidate]:
+        """Read the areas of an id, or in which a point lies; all would fill the memory."""
+        factory = load_osmium().geom.WKBFactory()
         found = []
         for thing in files.walk(self.path, keys, progress, text=f"Reading {self.path.name}"):
-            wkb = files.area_wkb(factory, thing) if thing.is_area() else None
+            if not thing.is_area() or osm_id not in ("", area_id(thing)):
+                continue
+            wkb = area_wkb(factory, thing)
             if wkb is None:
                 continue
-            tags = {tag.k: tag.v for tag in thing.tags}
-            geometry = files.valid_polygons([wkb])[0]
-            if geometry.is_empty:
+            geometry = valid_polygons([wkb])[0]
+            if geometry.is_empty or not (spot is None or geometry.intersects(spot)):
                 continue
+            tags = {tag.k: tag.v for tag in thing.tags}
             found.append(
                 Candidate(
-                    osm_id=files.area_id(thing),
+                    osm_id=area_id(thing),
                     name=tags.get("name", ""),
                     geometry=geometry,
                     kind=next((tags[key] for key in _KIND_KEYS if key in tags), ""),
@@ -204,25 +237,24 @@ class Local:
 
     def _places(self, name: str) -> list[Place]:
         """Return the points of places that have that whole name, the best match first."""
-        places: list[tuple[int, Place]] = files.run_cancellable(
-            lambda own: self._read_places(name, own), self.progress
-        )
+        self.progress.stage(f"Looking for '{name}' among the points", 0.6)
+        places = wait_for(lambda own: self._read_places(name, own), self.progress)
         whole = [found for found in places if found[0] <= _WHOLE_NAME]
         return [place for _, place in sorted(whole, key=lambda found: found[0])]
 
     def _read_places(self, name: str, progress: Progress) -> list[tuple[int, Place]]:
-        osmium = files.load_osmium()
+        osmium = load_osmium()
         nodes = osmium.FileProcessor(files.opened(self.path), osmium.osm.NODE)
         found = []
         for count, node in enumerate(nodes.with_filter(osmium.filter.KeyFilter("place"))):
             if count % _CHUNK == 0 and progress.cancelled():
                 raise CancelledError
             tags = {tag.k: tag.v for tag in node.tags}
-            others = [text for key, text in tags.items() if "name" in key]
-            match = match_name(name, tags.get("name", ""), others)
+            own = tags.get("name", "")
+            match = match_name(name, own, other_names(tags, own))
             if match is not None:
                 point = (node.location.lon, node.location.lat)
-                found.append((match.grade, Place(f"N{node.id}", tags.get("name", name), point)))
+                found.append((match.grade, Place(f"N{node.id}", own or name, point)))
         return found
 
     def _with_address(self, area: Candidate, everything: Sequence[Candidate]) -> Candidate:
@@ -273,6 +305,35 @@ class Local:
 def _matching(areas: Sequence[Candidate], name: str) -> list[Candidate]:
     found = [area for given in areas if (area := matched(given, name)) is not None]
     return sorted(found, key=lambda area: (area.match.grade, -area.geometry.area))
+
+
+def _points_within(places: list[Place], areas: Sequence[Candidate], name: str) -> list[Place]:
+    """Return the points that lie in areas of what stands after a comma, all where none do."""
+    found = places
+    for part in filter(None, map(str.strip, name.split(",")[1:])):
+        around = [a for a in _matching(areas, part) if a.match.grade <= _WHOLE_NAME]
+        inside = [
+            place
+            for place in found
+            if any(area.geometry.intersects(shapely.Point(place.point)) for area in around)
+        ]
+        found = inside or found
+    return found
+
+
+def _enclosing(
+    areas: Sequence[Candidate], point: tuple[float, float], match: str
+) -> list[Candidate]:
+    """Return the areas that a point lies in, each once, the smallest first."""
+    spot = shapely.Point(point)
+    known = {area.osm_id: area for area in areas}
+    around = smallest_first(a for a in known.values() if a.geometry.intersects(spot))
+    return [
+        dataclasses.replace(
+            area, match=Match(7, match), display_name=_address(area, around[at + 1 :])
+        )
+        for at, area in enumerate(around)
+    ]
 
 
 def _address(area: Candidate, around: Sequence[Candidate]) -> str:

@@ -50,7 +50,8 @@ def buildings(features: gpd.GeoDataFrame, area: shapely.Geometry) -> gpd.GeoData
     -------
     geopandas.GeoDataFrame
         Columns as in `BUILDING_COLUMNS`. height_m is the height as mapped, else `STOREY` times
-        the storeys; height_from says which. Roofs and what is below ground are left out.
+        the storeys; height_from says which. Roofs, ruins, what is not built yet and what is
+        below ground are left out.
     """
     rows, shapes = [], []
     for tags, shape in _rows(features, (3, 6)):
@@ -93,10 +94,8 @@ def land_uses(features: gpd.GeoDataFrame, area: shapely.Geometry, crs: CRS) -> g
     frame = gpd.GeoDataFrame(rows, columns=list(LAND_USE_COLUMNS), geometry=shapes, crs=WGS84)
     frame = _cut(frame, area)
     size = frame.to_crs(crs).area
-    frame = frame[size >= _SMALLEST_AREA]
-    return frame.loc[size[size >= _SMALLEST_AREA].sort_values(ascending=False).index].reset_index(
-        drop=True
-    )
+    size = size[size >= _SMALLEST_AREA].sort_values(ascending=False, kind="stable")
+    return frame.loc[size.index].reset_index(drop=True)
 
 
 def _cut(frame: gpd.GeoDataFrame, area: shapely.Geometry) -> gpd.GeoDataFrame:

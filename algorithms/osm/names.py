@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Optional
 
@@ -18,6 +18,8 @@ _ADDRESS = re.compile(
 )
 _DETAILS = re.compile(r".*[?&]osmtype=([nwr])&osmid=(\d+).*", re.IGNORECASE)
 _LARGEST = 2**63 - 1
+#: Keys of names, with or without a language such as de, zh-Hant or be-tarask.
+_NAME_KEY = re.compile(r"(?:|alt_|official_|short_|old_|loc_|int_)name(?::[a-z]{2,3}(?:[-_].+)?)?")
 
 # Letters that Unicode does not take apart into a base and a mark.
 _PLAIN = str.maketrans(
@@ -42,6 +44,30 @@ class OsmId:
 
     def __str__(self) -> str:
         return f"{self.kind[0].upper()}{self.number}"
+
+
+def other_names(tags: Mapping[str, str], name: str) -> tuple[str, ...]:
+    """Return what a thing is called besides its name: in other languages, officially, of old.
+
+    Parameters
+    ----------
+    tags
+        Its tags.
+    name
+        Its name, which is left out.
+
+    Examples
+    --------
+    >>> other_names({"name:fr": "Vienne", "alt_name": "A;B", "name:etymology": "C"}, "Wien")
+    ('Vienne', 'A', 'B')
+    """
+    found = [
+        part.strip()
+        for key, text in tags.items()
+        if _NAME_KEY.fullmatch(key)
+        for part in str(text).split(";")
+    ]
+    return tuple(dict.fromkeys(part for part in found if part and part != name))
 
 
 def parse_osm_id(text: str) -> Optional[OsmId]:

@@ -14,7 +14,7 @@ from shapely.geometry import shape
 from ..errors import InputError, ServiceError, without_credentials
 from ..progress import Progress
 from .candidates import BY_ID, Candidate, level, matched, smallest_first
-from .names import Match, OsmId
+from .names import Match, OsmId, other_names
 from .polygons import area_of_element, areal_part
 from .settings import OsmSettings
 from .transport import Transport
@@ -78,8 +78,9 @@ class Online:
         form = {"format": "json", "polygon_geojson": 1, "dedupe": 0, "limit": MOST, "q": name}
         places = self.transport.nominatim("search", form)
         if not places:
+            service = without_credentials(self.settings.nominatim_url)
             raise InputError(
-                f"{self.settings.nominatim_url} knows no place called '{name}'.",
+                f"{service} knows no place called '{name}'.",
                 "Check the spelling, try the name in the language of the country, add the town "
                 "or the country after a comma, or give a point or an OpenStreetMap id.",
             )
@@ -203,7 +204,7 @@ class Online:
         candidates = []
         for element in elements:
             geometry = area_of_element(element)
-            if geometry is not None and geometry.distance(shapely.Point(point)) <= 0:
+            if geometry is not None and geometry.intersects(shapely.Point(point)):
                 candidates.append(_candidate(element, geometry))
         return [_with_address(candidate, found) for candidate in candidates]
 
@@ -229,8 +230,7 @@ class Online:
         if not areas:
             return []
         self.progress.stage("Asking for names and levels", 0.6)
-        aside = dataclasses.replace(self.settings, timeout=min(ASIDE, self.settings.timeout))
-        transport = Transport(aside, self.progress)
+        transport = self.transport.hurried(ASIDE)
         try:
             query = f"{_QUERY}({_by_ids({'type': _kind(a), 'id': a.osm_id[1:]} for a in areas)});"
             elements = _sound(transport.overpass(f"{query}out tags;")["elements"])
@@ -247,7 +247,7 @@ class Online:
             dataclasses.replace(
                 area,
                 admin_level=level(own.get("admin_level")) if own else area.admin_level,
-                names=_other_names(own, area.name),
+                names=other_names(own, area.name),
             )
             for area in areas
             for own in [tags.get(area.osm_id, {})]
@@ -315,23 +315,11 @@ def _area(place: Mapping[str, Any]) -> Optional[Candidate]:
         # The rank of an administrative area is, with exceptions by country, twice its level.
         admin_level=int(_number(place.get("place_rank"))) // 2 if administrative else None,
         match=_BY_SERVICE,
-        weight=_number(place.get("importance")),
     )
 
 
 def _name(element: Mapping[str, Any]) -> str:
     return str(element.get("tags", {}).get("name", ""))
-
-
-def _other_names(tags: Mapping[str, str], name: str) -> tuple[str, ...]:
-    wanted = ("name", "alt_name", "official_name", "short_name", "old_name", "loc_name", "int_name")
-    found = [
-        part.strip()
-        for key, text in tags.items()
-        if key.split(":", 1)[0] in wanted
-        for part in str(text).split(";")
-    ]
-    return tuple(dict.fromkeys(part for part in found if part and part != name))
 
 
 def _candidate(element: Mapping[str, Any], geometry: Any) -> Candidate:
@@ -344,7 +332,7 @@ def _candidate(element: Mapping[str, Any], geometry: Any) -> Candidate:
         geometry=geometry,
         kind=next((str(tags[key]) for key in _KIND_KEYS if key in tags), ""),
         admin_level=level(tags.get("admin_level")),
-        names=_other_names(tags, name),
+        names=other_names(tags, name),
     )
 
 

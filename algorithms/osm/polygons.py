@@ -113,7 +113,8 @@ def rings_to_area(
     Returns
     -------
     shapely.Polygon or shapely.MultiPolygon or None
-        None where a line around the area is missing or some do not close.
+        None where a line around the area is missing or some do not close. Inner lines that do not
+        close make no hole.
     """
     around = _closed(list(outer))
     if around is None:

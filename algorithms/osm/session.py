@@ -10,12 +10,12 @@ from __future__ import annotations
 import contextlib
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar
 
-from ..errors import CancelledError, MissingDependencyError
+from ..errors import CancelledError
 from ..progress import Progress, Silent
+from .packages import load_osmnx
 from .settings import OsmSettings
 from .transport import Transport
 from .waiting import Relay, pause, wait_for
@@ -27,28 +27,6 @@ T = TypeVar("T")
 
 # Held by the thread that works with osmnx, until it has put everything back.
 _lock = threading.Lock()
-
-
-def load_osmnx() -> ModuleType:
-    """Import osmnx 2.
-
-    Raises
-    ------
-    MissingDependencyError
-        It is not installed, or another version than this library knows how to steer.
-    """
-    try:
-        import osmnx
-        from osmnx import _nominatim, _overpass
-    except ImportError as error:
-        msg = "This needs the Python package osmnx, version 2. Install it with pip."
-        raise MissingDependencyError(msg) from error
-    known = hasattr(_overpass, "_overpass_request") and hasattr(_nominatim, "_nominatim_request")
-    version = str(getattr(osmnx, "__version__", "0"))
-    if not known or version.split(".")[0] != "2":
-        msg = f"The Python package osmnx {version} is not known here. Install osmnx 2.1 with pip."
-        raise MissingDependencyError(msg)
-    return osmnx
 
 
 def with_osmnx(
@@ -90,9 +68,13 @@ def with_osmnx(
     osmnx = load_osmnx()
 
     def work(relay: Relay) -> T:
+        told = False
         while not _lock.acquire(timeout=0.1):
             if relay.cancelled():
                 raise CancelledError
+            if not told:
+                told = True
+                relay.info("Another run is busy with OpenStreetMap; this one waits for its end.")
         try:
             transport = Transport(settings, relay)
             with _steered(osmnx, transport, options or {}):
@@ -109,29 +91,27 @@ def _steered(osmnx: ModuleType, transport: Transport, options: Mapping[str, Any]
     """Set osmnx up for one call, and put everything back."""
     from osmnx import _nominatim, _overpass
 
-    def overpass_request(data: Mapping[str, Any], *_: Any, **__: Any) -> dict[str, Any]:
+    requests = (_overpass._overpass_request, _nominatim._nominatim_request)
+    own_thread = threading.get_ident()
+
+    def overpass_request(data: Any, *more: Any, **named: Any) -> Any:
+        if threading.get_ident() != own_thread:  # a script of somebody else in this process
+            return requests[0](data, *more, **named)
         return transport.overpass(data)
 
-    def nominatim_request(
-        params: Mapping[str, Any], *_: Any, request_type: str = "search", **__: Any
-    ) -> list[dict[str, Any]]:
-        return transport.nominatim(request_type, params)
+    def nominatim_request(params: Any, *more: Any, **named: Any) -> Any:
+        if threading.get_ident() != own_thread:
+            return requests[1](params, *more, **named)
+        return transport.nominatim(str(named.get("request_type", "search")), params)
 
-    settings = transport.settings
+    # Addresses, patience and cache are the transport's.
     wanted = {
-        "overpass_url": settings.overpass_url,
-        "nominatim_url": settings.nominatim_url,
         "overpass_settings": QUERY_SETTINGS,
-        "max_query_area_size": settings.max_query_area,
-        "cache_folder": settings.cache_folder or Path("cache"),
-        "use_cache": False,  # the transport has the cache
+        "max_query_area_size": transport.settings.max_query_area,
         "cache_only_mode": False,
-        "log_file": False,
-        "log_console": False,
         **options,
     }
     before = {name: getattr(osmnx.settings, name) for name in wanted}
-    requests = (_overpass._overpass_request, _nominatim._nominatim_request)
     try:
         for name, value in wanted.items():
             setattr(osmnx.settings, name, value)

@@ -43,7 +43,8 @@ class OsmSettings:
     user_agent
         Name under which requests are sent; the public services demand one.
     max_query_area
-        Larger areas are asked for in pieces, in square metres.
+        Larger areas are asked for in pieces, in square metres, so that a server answers each in
+        time.
 
     Raises
     ------
@@ -60,7 +61,7 @@ class OsmSettings:
     rate_limit: bool = True
     proxy: str = ""
     user_agent: str = USER_AGENT
-    max_query_area: float = 2.5e9
+    max_query_area: float = 1.25e8
 
     def __post_init__(self) -> None:
         for name, url in (("Overpass", self.overpass_url), ("Nominatim", self.nominatim_url)):

@@ -2,41 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import shapely
 
-from ..errors import MissingDependencyError
-
-if TYPE_CHECKING:
-    from types import ModuleType
+from .packages import load_osmium
 
 WGS84 = "EPSG:4326"
 """The CRS of OpenStreetMap."""
-
-
-def load_osmium() -> ModuleType:
-    """Import pyosmium, which the library does without as long as it can.
-
-    Raises
-    ------
-    MissingDependencyError
-        It is not installed.
-    """
-    try:
-        import osmium
-        import osmium.area
-        import osmium.filter
-        import osmium.geom
-        import osmium.io
-    except ImportError as error:
-        msg = (
-            "Local OpenStreetMap files need the Python package osmium. Install it with pip, or "
-            "take the data from the internet."
-        )
-        raise MissingDependencyError(msg) from error
-    return osmium
 
 
 def troubles() -> tuple[type[Exception], ...]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import dataclasses
 import datetime
 import ipaddress
 import threading
@@ -11,11 +13,12 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
-from ..errors import MissingDependencyError, ServiceError
+from ..errors import ServiceError, without_credentials
 from ..progress import Deadline, Progress, Silent
 from . import answers
 from .answers import Reply
 from .cache import AnswerCache, CorruptedAnswerError
+from .packages import load_requests
 from .settings import OsmSettings
 from .waiting import Relay, pause, wait_for
 
@@ -34,22 +37,6 @@ _CHUNK = 65536
 
 _lock = threading.Lock()
 _last: dict[str, float] = {}
-
-
-def load_requests() -> ModuleType:
-    """Import the package requests, which the library does without as long as it can.
-
-    Raises
-    ------
-    MissingDependencyError
-        It is not installed.
-    """
-    try:
-        import requests
-    except ImportError as error:
-        msg = "OpenStreetMap services need the Python package requests. Install it with pip."
-        raise MissingDependencyError(msg) from error
-    return requests
 
 
 class Transport:
@@ -76,7 +63,14 @@ class Transport:
         self.cache = AnswerCache(settings.cache_folder if settings.use_cache else None)
         self.date: datetime.date | None = None
         self.requests_sent = 0
-        self._told_of_cache = False
+        self._told_of_cache = self._told_of_kept = False
+
+    def hurried(self, seconds: float) -> Transport:
+        """Return another of the same kind that waits no longer than that for each request."""
+        other = copy.copy(self)
+        patience = min(seconds, self.settings.timeout)
+        other.settings = dataclasses.replace(self.settings, timeout=patience)
+        return other
 
     def nominatim(self, kind: str, parameters: Mapping[str, Any]) -> list[dict[str, Any]]:
         """Ask Nominatim.
@@ -149,8 +143,10 @@ class Transport:
         except (requests.exceptions.RequestException, ValueError) as error:
             raise answers.explain(error, base, self.settings) from error
         kept = self._kept(request, base, check)
-        if kept is not None:
-            return kept
+        # What was not on the map then may be there now.
+        if kept is not None and (self.settings.only_cache or _has_content(kept[0])):
+            self._use_kept(kept[1])
+            return kept[0]
         if self.settings.only_cache:
             raise ServiceError(
                 base,
@@ -159,26 +155,28 @@ class Transport:
                 "places, areas or of other versions do not fit)",
                 "Switch the offline mode off, or use a local .osm or .pbf file.",
             )
-        data = check(self._send_patiently(base, url, parameters, method), base)
+        try:
+            data = check(self._send_patiently(base, url, parameters, method), base)
+        except ServiceError:
+            if kept is None:
+                raise
+            self._use_kept(kept[1])
+            return kept[0]
         self.take_date(datetime.datetime.now(datetime.timezone.utc).date().isoformat())
         self._keep(request, data)
         return data
 
-    def _kept(self, request: str, base: str, check: Callable[[Any, str], Any]) -> Any:
-        """Return the answer that the cache has, or None."""
-        problem = ""
+    def _kept(
+        self, request: str, base: str, check: Callable[[Any, str], Any]
+    ) -> tuple[Any, datetime.date] | None:
+        """Return the answer that the cache has and its day, or None."""
         try:
             found = self.cache.read(request)
-            if found is None:
-                return None
-            data = check(found[0], base)
+            return None if found is None else (check(found[0], base), found[1])
         except CorruptedAnswerError as error:
             problem = str(error)
         except ServiceError:
             problem = f"The kept answer {self.cache.path(request)} is not one of this service"
-        else:
-            self.take_date(found[1].isoformat())
-            return data
         if self.settings.only_cache:
             raise ServiceError(
                 base,
@@ -188,6 +186,15 @@ class Transport:
             )
         self.progress.warn(f"{problem}; it is asked for again.")
         return None
+
+    def _use_kept(self, day: datetime.date) -> None:
+        self.take_date(day.isoformat())
+        if not self._told_of_kept:
+            self._told_of_kept = True
+            self.progress.info(
+                f"Answers to earlier requests are used, such as one of {day}. To ask for newer "
+                f"data, delete the files in {self.settings.cache_folder}."
+            )
 
     def _keep(self, request: str, data: Any) -> None:
         try:
@@ -222,7 +229,8 @@ class Transport:
             if wait > deadline.left:
                 break
             self.progress.info(
-                f"{base} is busy (HTTP {reply.status}); asking again in {wait:.0f} s."
+                f"{without_credentials(base)} is busy (HTTP {reply.status}); asking again in "
+                f"{wait:.0f} s."
             )
             pause(wait, self.progress)
         return answers.parse(reply, base)
@@ -286,16 +294,17 @@ def _exchange(
     """Send one request and read the answer piece by piece, as long as anybody waits for it."""
     headers = {
         "User-Agent": settings.user_agent,
-        "Referer": settings.user_agent,
         "Accept-Language": "en",
     }
-    given = {"params": parameters} if method == "GET" else {"data": parameters}
+    given: dict[str, Any] = {"params" if method == "GET" else "data": parameters}
+    if settings.proxy:
+        # Beside those of the environment, of which the certificates are wanted.
+        given["proxies"] = {"http": settings.proxy, "https": settings.proxy}
     with requests.Session() as session:
         if _is_loopback(url):
-            session.trust_env = False  # no proxy stands between a computer and itself
-        elif settings.proxy:
-            session.proxies = {"http": settings.proxy, "https": settings.proxy}
+            # No proxy stands between a computer and itself.
             session.trust_env = False
+            given.pop("proxies", None)
         with session.request(
             method, url, headers=headers, timeout=max(seconds, 0.1), stream=True, **given
         ) as response:
@@ -312,6 +321,11 @@ def _exchange(
                 b"".join(pieces),
                 complete=not announced.isdigit() or received >= int(announced),
             )
+
+
+def _has_content(data: Any) -> bool:
+    """Tell whether an answer that has been checked names anything."""
+    return bool(data["elements"] if isinstance(data, dict) else data)
 
 
 def _is_loopback(url: str) -> bool:

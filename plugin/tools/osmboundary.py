@@ -116,17 +116,17 @@ class OsmBoundary(Tool):
         from ..settings import osm_settings
 
         source = chosen_file(request)
+        rank = request.integer("RANK") if request.has("RANK") else None
         frame = boundaries(
             self._place(request),
             point=self._point(request),
             source=source,
             settings=osm_settings() if source is None else OsmSettings(),
             progress=progress,
-            limit=request.integer("LIMIT"),
+            limit=max(request.integer("LIMIT"), rank or 1),
         )
         found = len(frame)
-        if request.has("RANK"):
-            rank = request.integer("RANK")
+        if rank is not None:
             if rank > found:
                 raise InputError(
                     f"There is no candidate of rank {rank}: {found} were found.",
@@ -148,7 +148,7 @@ class OsmBoundary(Tool):
                     "place": self._place(request),
                     "point": self._point(request),
                     "source_file": source.name if source else "",
-                    "rank": request.integer("RANK") if request.has("RANK") else None,
+                    "rank": rank,
                 }
             ),
             credits=frame.attrs["osm"],

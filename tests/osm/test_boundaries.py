@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 import shapely
 from platwright.errors import InputError
-from platwright.osm import ATTRIBUTION, OsmSettings, boundaries
-from platwright.osm.candidates import COLUMNS
+from platwright.osm import ATTRIBUTION, OsmSettings, boundaries, files
+from platwright.osm.candidates import COLUMNS, Candidate, nearest_first
 
 PORTIER = (7.4325, 43.7415)  # in the land reclamation L'Anse du Portier
 
@@ -183,6 +183,21 @@ def test_a_place_that_is_a_point_in_the_file(village, listener):
         boundaries("node/5", source=village)
 
 
+def test_points_of_the_same_name_in_the_file(village, listener):
+    far = '<node id="7" lat="51.0" lon="10.5"><tag k="place" v="hamlet"/>'
+    far += '<tag k="name" v="Kleindorf"/></node>'
+    text = village.read_text(encoding="utf-8").replace('<node id="5"', f'{far}<node id="5"')
+    village.write_text(text.replace('id="7"', 'id="4711"'), encoding="utf-8")
+    for name in ("Kleindorf", "Kleindorf, Großdorf"):
+        listener.warnings.clear()
+        (row,) = boundaries(name, source=village, progress=listener).itertuples()
+        assert (row.name, row.match) == ("Großdorf", "encloses Kleindorf")
+        assert "N5" in listener.warnings[0]
+    # The first name alone leaves open which is meant.
+    boundaries("Kleindorf", source=village, progress=listener)
+    assert any("1 more of that name: N4711 at 10.50000,51.00000" in w for w in listener.warnings)
+
+
 def test_a_point_of_the_name_and_an_area_of_a_similar_one(village, listener):
     text = village.read_text(encoding="utf-8").replace("Kleindorf", "Groß")
     village.write_text(text, encoding="utf-8")
@@ -261,3 +276,70 @@ def test_a_whole_town_from_a_large_file(shared_data):
     first = found.iloc[0]
     assert (first["name"], first["admin_level"]) == ("Vaduz", 8)
     assert first["area_ha"] == pytest.approx(1730, rel=0.01)  # 17.3 km2
+
+
+def at(x: float, y: float, name: str) -> Candidate:
+    return Candidate(name, name, shapely.box(x - 0.01, y - 0.01, x + 0.01, y + 0.01))
+
+
+def test_nearest_is_by_metres_and_round_the_globe():
+    # A degree of longitude at 60 degrees north is half one of latitude: 17 against 22 km.
+    areas = [at(10.0, 60.2, "north"), at(10.3, 60.0, "east")]
+    assert [a.name for a in nearest_first(areas, (10.0, 60.0))] == ["east", "north"]
+    areas = [at(170.0, 0.0, "west"), at(-179.5, 0.0, "beyond the meridian")]
+    assert [a.name for a in nearest_first(areas, (179.5, 0.0))] == ["beyond the meridian", "west"]
+    assert [a.name for a in nearest_first(areas, (-170.0, 0.0))] == ["beyond the meridian", "west"]
+
+
+def test_a_file_is_read_no_more_often_than_needed(village, monkeypatch):
+    read = []
+    walk = files.walk
+
+    def counted(*given, **more):
+        read.append(given)
+        return walk(*given, **more)
+
+    monkeypatch.setattr(files, "walk", counted)
+    boundaries("kleindorf", source=village)
+    assert len(read) == 1
+    boundaries(point=(10.01, 50.005), source=village)
+    assert len(read) == 3
+
+
+def test_the_progress_of_a_file_never_goes_back(extract, listener):
+    told = []
+    listener.stage = lambda _, fraction: told.append(fraction)
+    for question in ({"place": "Larvotto"}, {"place": "W686693023"}, {"point": PORTIER}):
+        told.clear()
+        boundaries(source=extract, progress=listener, **question)
+        assert told == sorted(told)
+    # The last one reads the file twice.
+    assert told[0] == 0.0
+    assert {0.45, 0.9} <= set(told)
+
+
+@pytest.mark.parametrize("broken", ["", "once"])
+def test_the_password_of_a_server_is_not_shown(settings, server, listener, broken):
+    secret = {
+        name: url.replace("//", "//me:secret@") for name, url in server.addresses(broken).items()
+    }
+    with pytest.raises(InputError) as caught:
+        boundaries("Nowhere at all", settings=settings(**secret), progress=listener)
+    assert not any("secret" in text for text in (str(caught.value), *listener.said))
+
+
+ETYMOLOGY = """<osm version="0.6">
+ <node id="1" lat="50.00" lon="10.00"/><node id="2" lat="50.00" lon="10.02"/>
+ <node id="3" lat="50.01" lon="10.02"/>
+ <way id="6"><nd ref="1"/><nd ref="2"/><nd ref="3"/><nd ref="1"/>
+  <tag k="leisure" v="park"/><tag k="name" v="Rose Garden"/>
+  <tag k="name:etymology" v="Rosa Luxemburg"/><tag k="alt_name:zh-Hant" v="玫瑰園"/></way>
+</osm>"""
+
+
+def test_after_whom_a_park_is_named_is_no_name(tmp_path):
+    (tmp_path / "park.osm").write_text(ETYMOLOGY, encoding="utf-8")
+    with pytest.raises(InputError, match="no area called"):
+        boundaries("Rosa Luxemburg", source=tmp_path / "park.osm")
+    (row,) = boundaries("玫瑰園", source=tmp_path / "park.osm").itertuples()
+    assert row.match == "other name: 玫瑰園"

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import threading
 import time
 
 import pytest
+import requests
 from platwright.errors import CancelledError, InputError, ServiceError, without_credentials
 from platwright.osm import OsmSettings, boundaries
 from platwright.osm.cache import AnswerCache
@@ -185,6 +187,64 @@ def test_answers_are_kept_and_work_offline(settings, server, tmp_path):
     assert len(server.log) == before
     assert again.drop(columns="geometry").equals(first.drop(columns="geometry"))
     assert again.attrs["osm"]["date"] == "2023-12-26"
+
+
+def test_that_nothing_is_there_is_asked_again(settings, server, tmp_path):
+    """It may be on the map by now; offline the kept answer is all there is."""
+    transport = Transport(settings(cache_folder=tmp_path))
+    offline = Transport(settings(cache_folder=tmp_path, only_cache=True))
+    query = "[out:json];node(1);out;"
+    for _ in range(2):
+        before = len(server.log)
+        assert transport.nominatim("search", {"q": "Nowhere at all"}) == []
+        assert transport.overpass(query)["elements"] == []
+        assert len(server.log) == before + 2
+    assert offline.nominatim("search", {"q": "Nowhere at all"}) == []
+    assert offline.overpass(query)["elements"] == []
+    assert len(server.log) == before + 2
+
+
+def test_that_nothing_is_there_is_believed_where_the_server_is_silent(
+    settings, server, tmp_path, monkeypatch
+):
+    """So that the layers of an area come from the cache when the network is down."""
+    query = "[out:json];node(1);out;"
+    given = settings(cache_folder=tmp_path)
+    Transport(given).overpass(query)
+    monkeypatch.setattr(server.overpass, "answer", lambda _: "no data")
+    assert Transport(given).overpass(query)["elements"] == []
+    with pytest.raises(ServiceError):
+        Transport(given).overpass("[out:json];node(2);out;")
+
+
+def test_that_answers_are_kept_ones_is_told_once(settings, tmp_path, listener):
+    given = settings(cache_folder=tmp_path)
+    boundaries("Larvotto", settings=given, progress=listener)
+    assert not any("earlier" in text for text in listener.said)
+    for answer in tmp_path.iterdir():
+        os.utime(answer, (1_600_000_000, 1_600_000_000))
+    boundaries("Larvotto", settings=given, progress=listener)
+    (told,) = [text for text in listener.said if "earlier" in text]
+    assert "2020-09-13" in told
+    assert str(tmp_path) in told
+
+
+@pytest.mark.parametrize("proxy", ["", "http://127.0.0.1:9"])
+def test_certificates_and_proxy_of_the_environment(settings, monkeypatch, tmp_path, proxy):
+    """A firm that looks into the traffic names its own certificates there."""
+    sent = []
+
+    def send(_, request, **more):
+        sent.append((more["proxies"].get("https"), more["verify"]))
+        raise requests.exceptions.ConnectionError
+
+    monkeypatch.setattr(requests.adapters.HTTPAdapter, "send", send)
+    monkeypatch.setenv("REQUESTS_CA_BUNDLE", str(tmp_path))
+    monkeypatch.setenv("HTTPS_PROXY", "http://of.environment:1")
+    given = settings(nominatim_url="https://nominatim.example/", proxy=proxy)
+    with pytest.raises(ServiceError):
+        Transport(given).nominatim("search", {"q": "x"})
+    assert sent == [(proxy or "http://of.environment:1", str(tmp_path))]
 
 
 def test_offline_and_never_asked(settings, tmp_path):

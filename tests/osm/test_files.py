@@ -5,6 +5,7 @@ from __future__ import annotations
 import bz2
 import datetime
 import gzip
+import importlib
 import sys
 from pathlib import Path
 
@@ -165,3 +166,21 @@ def test_cancel_is_heard_within_a_second(tmp_path, listener):
         with pytest.raises(CancelledError):
             files.read_boundaries(path, listener)
         assert time.monotonic() - listener.cancelled_at < 1.0
+
+
+@pytest.mark.parametrize(
+    ("package", "load"),
+    [
+        ("osmium", "shapes.load_osmium"),
+        ("osmnx", "session.load_osmnx"),
+        ("requests", "transport.load_requests"),
+    ],
+)
+def test_a_missing_package_names_the_way_out_in_qgis_and_out_of_it(monkeypatch, package, load):
+    module, name = load.split(".")
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(MissingDependencyError) as caught:
+        getattr(importlib.import_module(f"platwright.osm.{module}"), name)()
+    assert f"package {package}" in str(caught.value)
+    assert "Settings > Options > Platwright" in str(caught.value)
+    assert "pip install" in str(caught.value)

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 import shapely
 from platwright.errors import CancelledError, InputError, ServiceError
-from platwright.osm import files, osm_layers
+from platwright.osm import files, ground, osm_layers
 from platwright.osm.classes import COLUMNS
 from platwright.osm.layers import LAYERS, with_enclosing
 from platwright.osm.sea import sea
+from platwright.progress import Silent
 
 pytest.importorskip("osmnx")
 
@@ -285,6 +286,55 @@ def test_a_way_that_the_file_has_in_part(tmp_path):
     path.write_text(path.read_text().replace('<nd ref="3"/>', '<nd ref="99"/>'))
     streets = osm_layers(SITE, source=path, reach=0)["streets"]
     assert streets["length_m"].tolist() == [pytest.approx(100, abs=1)]
+
+
+def jagged(middle: tuple[float, float], radius: float, points: int) -> shapely.Polygon:
+    """An outline as of a town: many points, none of them in line; radius in degrees."""
+    angle = np.linspace(0, 2 * np.pi, points, endpoint=False)
+    away = radius * (1 + 0.05 * np.random.default_rng(1).standard_normal(points))
+    return shapely.Polygon(np.c_[away * np.cos(angle), away * np.sin(angle)] + middle)
+
+
+def test_however_many_points_the_polygon_has_the_question_is_short(settings, server, extract):
+    """Overpass takes no question of more than a megabyte; osmnx writes the outline 180 times."""
+    town = jagged((7.4325, 43.7415), 0.003, 3000)
+    before = len(server.log)
+    online = osm_layers(town, settings=settings(timeout=20.0), reach=10.0)
+    sizes = [int(headers["Content-Length"]) for _, headers in server.log[before:]]
+    assert max(sizes) < 250_000
+    local = osm_layers(town, source=extract, reach=10.0)
+    for name in LAYERS:
+        assert len(online[name]) > 5
+        assert sorted(online[name]["osm_id"].dropna()) == sorted(local[name]["osm_id"].dropna())
+
+
+@pytest.mark.parametrize("points", [4, 50, 3000])
+@pytest.mark.parametrize("radius", [0.0005, 0.05])
+def test_the_outline_that_is_asked_for_holds_the_polygon(points, radius):
+    polygon = ground.check_polygon(jagged((14.4, 50.0), radius, points), Silent())
+    crs = ground.local_crs(polygon)
+    outline = ground.outline(polygon, crs)
+    assert shapely.covers(outline, polygon)
+    assert shapely.get_num_coordinates(outline) <= ground.MOST_CORNERS
+    assert outline.area < 1.5 * polygon.area
+    two = shapely.union_all([polygon, shapely.affinity.translate(polygon, 5 * radius)])
+    hull = ground.outline(two, crs)
+    assert hull.geom_type == "Polygon", "osmnx asks for all ground between, too"
+    assert shapely.covers(hull, two)
+
+
+def test_next_to_the_180th_meridian(settings, cross, server):
+    """What lies around the polygon would be beyond it, on the other side of the map."""
+    taveuni = shapely.box(179.990, -16.80, 179.9995, -16.79)
+    before = len(server.log)
+    for given in ({"settings": settings()}, {"source": cross}):
+        with pytest.raises(InputError, match="antimeridian"):
+            osm_layers(taveuni, **given)
+    # Far enough for the layers, but not for what osmnx asks for.
+    close = shapely.box(179.980, -16.80, 179.9945, -16.79)
+    with pytest.raises(InputError, match="antimeridian"):
+        osm_layers(close, settings=settings())
+    assert len(server.log) == before
 
 
 WRONG = {

@@ -82,13 +82,15 @@ def test_large_areas_are_asked_for_in_pieces(settings, server):
     assert len(server.log) - before > 1
 
 
-def test_answers_are_kept_and_work_offline(settings, server, tmp_path):
+def test_answers_are_kept_and_work_offline(settings, server, tmp_path, monkeypatch):
     first = with_osmnx(drive, settings(cache_folder=tmp_path))
     before = len(server.log)
     again = with_osmnx(drive, settings(cache_folder=tmp_path, only_cache=True))
     assert len(server.log) == before
     assert set(first.nodes) == set(again.nodes)
-    # What was kept, osmnx reads by itself as well: its own key and its own form.
+    # What was kept, osmnx reads by itself as well: its own key and its own form. Left alone, some
+    # of its versions change how the whole process finds servers.
+    monkeypatch.setattr(socket, "getaddrinfo", socket.getaddrinfo)
     osmnx_settings = {name: getattr(osmnx.settings, name) for name in ("cache_folder",)}
     try:
         osmnx.settings.cache_folder = tmp_path
@@ -157,6 +159,45 @@ def test_calls_of_several_threads_take_turns(settings):
     for thread in threads:
         thread.join()
     assert most == [1, 1, 1]
+
+
+def test_another_thread_keeps_its_own_osmnx(settings, monkeypatch):
+    asked = []
+    monkeypatch.setattr(_overpass, "_overpass_request", lambda data: asked.append(data))
+    monkeypatch.setattr(
+        _nominatim, "_nominatim_request", lambda params, **more: asked.append((params, more))
+    )
+
+    def work(*_):
+        def of_somebody_else():
+            _overpass._overpass_request({"data": "theirs"})
+            _nominatim._nominatim_request({"q": "theirs"}, request_type="lookup")
+
+        thread = threading.Thread(target=of_somebody_else)
+        thread.start()
+        thread.join()
+        return _nominatim._nominatim_request({"q": "Nowhere at all"})
+
+    assert with_osmnx(work, settings()) == []
+    assert asked == [{"data": "theirs"}, ({"q": "theirs"}, {"request_type": "lookup"})]
+
+
+def test_a_run_that_waits_for_another_says_so(settings, listener):
+    go_on, begun = threading.Event(), threading.Event()
+
+    def work(*_):
+        begun.set()
+        return go_on.wait(5)
+
+    other = threading.Thread(target=with_osmnx, args=(work, settings()))
+    other.start()
+    begun.wait(5)
+    timer = threading.Timer(0.5, go_on.set)
+    timer.start()
+    assert with_osmnx(lambda *_: True, settings(), listener)
+    other.join()
+    (told,) = listener.said
+    assert "Another run" in told
 
 
 def test_an_error_of_the_work_comes_through(settings):

@@ -87,6 +87,12 @@ def test_candidates_are_told_and_one_can_be_chosen(toolbox, addresses):
         toolbox.run("osmboundary", PLACE="Twinbrook", RANK=3)
 
 
+def test_a_rank_beyond_the_number_that_is_listed(toolbox, addresses):
+    run = toolbox.run("osmboundary", PLACE="Twinbrook", LIMIT=1, RANK=2)
+    (row,) = run.rows("BOUNDARIES")
+    assert (row["rank"], row["display_name"]) == (2, "Twinbrook, County 1")
+
+
 def test_a_point_in_the_crs_of_the_map(toolbox, addresses):
     from qgis.core import QgsCoordinateReferenceSystem, QgsPointXY, QgsReferencedPointXY
 
