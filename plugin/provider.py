@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from qgis.core import QgsProcessingProvider
+from qgis.core import QgsApplication, QgsProcessingProvider
 from qgis.PyQt.QtGui import QIcon
 
 from .icons import icon_path
+from .models import models
 from .tools import TOOLS
 
 
@@ -33,6 +34,9 @@ class PlatwrightProvider(QgsProcessingProvider):
         return icon_path("platwright")
 
     def loadAlgorithms(self) -> None:
-        """Add every tool."""
+        """Add every tool and, once QGIS knows the tools, the models that are made of them."""
         for tool in TOOLS:
             self.addAlgorithm(tool())
+        if QgsApplication.processingRegistry().providerById(self.id()) is not None:
+            for model in models():
+                self.addAlgorithm(model)

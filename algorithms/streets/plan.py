@@ -28,6 +28,8 @@ ARRIVAL_SPACING = 0.5
 #: A site of more than this many blocks is not left without any street; what an end that is blind
 #: then costs (mesh edge lengths).
 LARGE, CUL_DE_SAC_PRICE = 3.0, 1.0
+#: Where roads run along less than this share of the edge, the planner is told.
+FEW_ROADS = 0.4
 #: A vertex of a drawn mesh this near to an arriving street meets it (metres).
 MEETS = 3.0
 
@@ -143,6 +145,13 @@ class _Run:
         own = self.wishes(site) if callable(self.wishes) else self.wishes
         own = own.of_site(site, self.sites) if own is not None else None
         given = self.mesh(site) if self.mesh is not None else None
+        share = site.street_frontage.length / site.polygon.exterior.length
+        if spec.sink_mode == "streets" and share < FEW_ROADS:
+            progress.warn(
+                f"{site.name}: roads run along {100 * share:.0f} % of its edge only, and streets "
+                "leave the site only there. If they may end at its other sides, too, let the "
+                "whole boundary be the exit; if roads there were missed, raise the snap distance."
+            )
         if self.progress.cancelled():
             raise CancelledError("Cancelled before the first design.")
         return plan_site(site, spec, own, given, seconds, progress)

@@ -20,7 +20,7 @@ from qgis.core import (
     QgsVectorLayer,
 )
 from qgis.PyQt.QtCore import QTimer
-from qgis.PyQt.QtWidgets import QApplication, QDockWidget, QTextEdit
+from qgis.PyQt.QtWidgets import QAction, QApplication, QDockWidget, QTextEdit
 from qgis.utils import iface
 
 OUT = os.environ["DESKTOP_OUT"]
@@ -43,13 +43,14 @@ def finish():
     os._exit(0)
 
 
-def step(function):
+def step(function, noted=True):
     """Make a step that ends the session with a note where it fails."""
 
     def guarded(*arguments):
         try:
             function(*arguments)
-            notes["steps"].append(function.__name__)
+            if noted:
+                notes["steps"].append(function.__name__)
         except Exception:
             notes["error"] = traceback.format_exc()
             picture("desktop_failed")
@@ -129,7 +130,7 @@ def run_tool():
     held["began"] = time.monotonic()
     held["dialog"].algorithmFinished.connect(finished)
     held["dialog"].runAlgorithm()
-    later(90, give_up)
+    later(90, lambda: "good" in notes or give_up())
 
 
 @step
@@ -228,6 +229,86 @@ def after_cancel():
     notes["cancel log"] = log_of(held["second"])
     picture("desktop_6_cancelled")
     held["second"].close()
+    notes["dialogs"] = {}
+    provider = QgsApplication.processingRegistry().providerById("platwright")
+    held["names"] = sorted(tool.name() for tool in provider.algorithms())
+    later(0.5, step(open_next, noted=False))
+
+
+@step
+def open_every_dialog():
+    later(0.1, try_models)
+
+
+def open_next():
+    """Open the dialog of the next tool or model, which a planner would fill in now."""
+    if not held["names"]:
+        open_every_dialog()
+        return
+    name = held["names"].pop(0)
+    dialog = processing.createAlgorithmDialog(f"platwright:{name}")
+    dialog.resize(1000, 800)
+    dialog.show()
+    dialog.raise_()
+    later(0.6, lambda: step(photograph_dialog, noted=False)(name, dialog))
+
+
+def photograph_dialog(name, dialog):
+    QApplication.processEvents()
+    dialog.grab().save(os.path.join(OUT, f"dialog_{name}.png"))
+    tool = dialog.algorithm()
+    notes["dialogs"][name] = {
+        "title": dialog.windowTitle(),
+        "shown": sorted(dialog.mainWidget().wrappers),
+        "declared": sorted(p.name() for p in tool.parameterDefinitions()),
+        "runnable": dialog.runButton().isEnabled(),
+    }
+    dialog.close()
+    later(0.1, step(open_next, noted=False))
+
+
+@step
+def try_models():
+    """Open the sample project, as its menu entry does, and run a model on its layers."""
+    QgsProject.instance().clear()
+    QgsProject.instance().setDirty(False)
+    iface.mainWindow().findChild(QAction, "platwrightSample").trigger()
+    later(3, run_model)
+
+
+@step
+def run_model():
+    project = QgsProject.instance()
+    notes["sample"] = {
+        "file": project.fileName(),
+        "layers": {layer.name(): layer.isValid() for layer in project.mapLayers().values()},
+    }
+    picture("desktop_7_sample")
+    (ground,) = project.mapLayersByName("Rail yard")
+    (ways,) = project.mapLayersByName("Roads")
+    parameters = {"INPUT": ground, "ROADS": ways, "SNAP_DISTANCE": 60, "TIME_LIMIT": 4}
+    dialog = processing.createAlgorithmDialog("platwright:parcelstodesign", parameters)
+    held["model"] = dialog
+    dialog.show()
+    dialog.algorithmFinished.connect(model_finished)
+    later(0.2, dialog.runAlgorithm)
+
+
+@step
+def model_finished(good, results):
+    notes["model good"] = bool(good)
+    later(2, after_model)
+
+
+@step
+def after_model():
+    held["model"].close()
+    notes["model layers"] = {
+        layer.name(): layer.renderer().type()
+        for layer in QgsProject.instance().mapLayers().values()
+        if layer.isTemporary()
+    }
+    picture("desktop_8_model")
     later(0.5, switch_off)
 
 
@@ -241,4 +322,4 @@ def switch_off():
 
 
 later(2.5, open_sample)
-later(150, finish)
+later(190, finish)

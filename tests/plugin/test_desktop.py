@@ -36,10 +36,12 @@ def notes(
         "[qgis]\ncheckVersion=false\nshowTips=false\n[locale]\noverrideFlag=true\nuserLocale=en_US\n"
     )
     (home / "runtime").mkdir(mode=0o700)
+    (home / "me" / "Documents").mkdir(parents=True)
     environment = {
         **{k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "QT_QPA_PLATFORM")},
         "QGIS_PLUGINPATH": str(plugin_folder),
         "XDG_RUNTIME_DIR": str(home / "runtime"),
+        "HOME": str(home / "me"),
         "PLATWRIGHT_DEPS": sysconfig.get_paths()["purelib"],
         "OMP_NUM_THREADS": "1",
         "LANG": "C.UTF-8",
@@ -57,7 +59,7 @@ def notes(
         env=environment,
         capture_output=True,
         text=True,
-        timeout=200,
+        timeout=240,
         check=False,
     )
     written = artefacts / "desktop.json"
@@ -70,7 +72,8 @@ def notes(
 def test_the_session_went_to_its_end(notes):
     assert notes["steps"] == [
         "open_sample", "find_tool", "open_dialog", "run_tool", "finished", "look", "photograph",
-        "start_and_cancel", "cancelled", "after_cancel", "switch_off",
+        "start_and_cancel", "cancelled", "after_cancel", "open_every_dialog", "try_models",
+        "run_model", "model_finished", "after_model", "switch_off",
     ]  # fmt: skip
 
 
@@ -125,6 +128,34 @@ def test_cancel_is_quick_and_keeps_the_design(notes):
     streets = QgsVectorLayer(f"{path}|layername=streets", "streets", "ogr")
     assert streets.featureCount() > 0
     assert streets.renderer().type() == "categorizedSymbol"
+
+
+def test_the_dialog_of_every_tool_opens(notes, provider, artefacts):
+    names = {tool.name() for tool in provider.algorithms()}
+    assert set(notes["dialogs"]) == names
+    for name, seen in notes["dialogs"].items():
+        assert seen["shown"] == seen["declared"], name
+        assert seen["runnable"], name
+        assert provider.algorithm(name).displayName().lower() in seen["title"].lower()
+        assert (artefacts / f"dialog_{name}.png").stat().st_size > 10_000
+
+
+def test_the_sample_opens_as_a_copy(notes, root):
+    path = Path(notes["sample"]["file"])
+    assert path.name == "helsinki_yard.qgz"
+    assert path.parent.name == "Platwright sample"
+    assert root not in path.parents
+    assert all(notes["sample"]["layers"].values())
+    assert {"Rail yard", "Roads", "Finished streets"} <= set(notes["sample"]["layers"])
+
+
+def test_a_model_gives_styled_layers_with_readable_names(notes):
+    assert notes["model good"]
+    styles = notes["model layers"]
+    assert styles["Streets"] == "categorizedSymbol"
+    assert styles["Blocks"] == "graduatedSymbol"
+    assert styles["Site"] == "singleSymbol"
+    assert {"Junctions", "Broken rules", "Problems of the design"} <= set(styles)
 
 
 def test_switching_the_plugin_off_takes_the_provider_away(notes):

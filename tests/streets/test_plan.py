@@ -383,3 +383,14 @@ def test_a_site_that_obstacles_cut_off_says_so():
     said = Warnings()
     design_streets([site], Specification(), progress=said)
     assert any("cut the site off" in text for text in said.texts)
+
+
+def test_few_roads_along_the_edge_are_remarked(field, square):
+    said = Warnings()
+    design_streets([square], Specification(), progress=said)
+    assert said.texts == []
+    design_streets([field], Specification(), progress=said)
+    assert ["30 % of its edge" in text for text in said.texts] == [True]
+    quiet = Warnings()
+    design_streets([field], Specification(sink_mode="boundary"), progress=quiet)
+    assert quiet.texts == []

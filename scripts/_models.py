@@ -1,0 +1,290 @@
+"""Write the models of the plugin from what its tools declare.
+
+Run by scripts/make_models in the environment with QGIS 3.22, so that older versions read them.
+The inputs of a model are those of its tools, with their help and defaults; the keys are checked
+against the tools, so that no model asks for what they do not have.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from _model_draft import Draft, asked, expression, flags, made, of_tool, value
+
+ROOT = Path(__file__).resolve().parents[1]
+FOLDER = ROOT / "plugin" / "models"
+#: Native tools that are used.
+FILTER, REPROJECT = "native:extractbyexpression", "native:reprojectlayer"
+MERGE, DROP = "native:mergevectorlayers", "native:deletecolumn"
+#: The UTM zone at the middle of the step "Place".
+UTM = (
+    "'EPSG:' || to_string(to_int("
+    "if(@Place_BOUNDARIES_miny + @Place_BOUNDARIES_maxy >= 0, 32601, 32701)"
+    " + floor(((@Place_BOUNDARIES_minx + @Place_BOUNDARIES_maxx) / 2 + 180) / 6)))"
+)
+
+
+def _ask_for_design(draft: Draft, *, advanced_snap: bool) -> None:
+    """Ask for the kind of neighbourhood and how the streets are designed."""
+    draft.input(of_tool("designstreets", "PRESET"))
+    empty = "Empty: as the kind of neighbourhood says. Optional."
+    draft.input(
+        of_tool("designstreets", "BLOCK_WIDTH"),
+        Help=f"Wished width of the blocks, from street centre line to centre line. {empty}",
+    )
+    draft.input(
+        of_tool("designstreets", "BLOCK_LENGTH"),
+        Help=f"Wished greatest length of the blocks, not less than their width. {empty}",
+    )
+    draft.input(of_tool("designstreets", "SINK_MODE"))
+    draft.input(of_tool("preparesite", "SNAP_DISTANCE"), Flags=flags(advanced=advanced_snap))
+    draft.input(of_tool("designstreets", "TIME_LIMIT"), Flags=flags(advanced=True))
+    draft.input(of_tool("preparesite", "INNER_ROADS"), Flags=flags(advanced=True))
+
+
+def _design(draft: Draft, site: Any, roads: Any, obstacles: Any, **more: Any) -> None:
+    """Prepare a site, design its streets, and check them."""
+    nearness = {key: asked(key) for key in ("SNAP_DISTANCE", "INNER_ROADS")}
+    draft.step(
+        "site", "platwright:preparesite", "Prepare site",
+        {"INPUT": site, "ROADS": roads, "OBSTACLES": obstacles, **nearness},
+        SITE="Site", BOUNDARY_STREETS="Boundary streets", ACCESS_POINTS="Access points",
+        SITE_OBSTACLES="Site obstacles", PROBLEMS="Problems of the site",
+    )  # fmt: skip
+    keys = ("PRESET", "BLOCK_WIDTH", "BLOCK_LENGTH", "SINK_MODE", "TIME_LIMIT")
+    wishes = {key: asked(key) for key in keys}
+    draft.step(
+        "design", "platwright:designstreets", "Design streets",
+        {
+            "INPUT": made("site", "SITE"), "ROADS": roads,
+            "OBSTACLES": made("site", "SITE_OBSTACLES"), **nearness, **wishes, **more,
+        },
+        STREETS="Streets", JUNCTIONS="Junctions", BLOCKS="Blocks",
+        PROBLEMS="Problems of the design",
+    )  # fmt: skip
+    draft.step(
+        "exits", FILTER, "Ways out of the site",
+        {"INPUT": made("design", "JUNCTIONS"), "EXPRESSION": value('"is_sink"')},
+    )  # fmt: skip
+    draft.step(
+        "check", "platwright:validatenetwork", "Validate street network",
+        {
+            "INPUT": made("design", "STREETS"), "SITE": made("site", "SITE"),
+            "BOUNDARY_STREETS": made("site", "BOUNDARY_STREETS"),
+            "OBSTACLES": made("site", "SITE_OBSTACLES"), "SINKS": made("exits", "OUTPUT"),
+        },
+        PROBLEMS="Broken rules",
+    )  # fmt: skip
+
+
+def _ask_for_place(draft: Draft) -> None:
+    """Ask which place it is, and what of it is given up."""
+    from qgis.core import QgsProcessingParameterString
+
+    draft.input(
+        of_tool("osmboundary", "PLACE"),
+        Flags=flags(),
+        Help="A name, with the town or the country after a comma where needed (Larvotto, Monaco), "
+        "or an OpenStreetMap id (R5986437, way/686693023), or the address of a thing on "
+        "openstreetmap.org.",
+    )
+    draft.input(
+        of_tool("osmboundary", "RANK"),
+        DefaultValue=1,
+        Flags=flags(),
+        Help="Which of the candidates that Find boundary of a place lists. Default: 1.",
+    )
+    draft.input(of_tool("osmboundary", "SOURCE_FILE"))
+    built = QgsProcessingParameterString("BUILT_ON", "Obstacles to build on", "", False, True)
+    built.setHelp(
+        "Kinds of obstacles that are given up, with commas between: water, sea, green, rail, "
+        "motorway, airfield, military, wall, cliff. Thus 'rail' where a rail yard is the site. "
+        "Optional."
+    )
+    draft.input(built)
+
+
+def place_to_design() -> Draft:
+    """From a place name to a street design."""
+    draft = Draft(
+        "placetodesign",
+        "From a place name to a street design",
+        "Finds a place in OpenStreetMap, fetches what lies around it, and designs its streets.",
+        "Five steps: Find boundary of a place, OpenStreetMap layers, Prepare site, Design streets, "
+        "Validate street network. The place is the site: choose one that is to be built, as a "
+        "rail yard, a brownfield or a field, not a town that is built already.\n\n"
+        "Names are seldom unique. Run Find boundary of a place first to see all that a name may "
+        "mean, and give the number of the right one here as Rank.\n\n"
+        "Where the streets that are there touch the site on one side only, as at the sea, let "
+        "them leave it at the whole boundary.\n\n"
+        "With an OpenStreetMap file no network is needed. All layers are in metres, in the UTM "
+        "zone of the place. The data is © OpenStreetMap contributors, Open Database License 1.0.",
+    )
+    _ask_for_place(draft)
+    _ask_for_design(draft, advanced_snap=True)
+    draft.step(
+        "place", "platwright:osmboundary", "Place",
+        {"PLACE": asked("PLACE"), "RANK": asked("RANK"), "SOURCE_FILE": asked("SOURCE_FILE")},
+    )  # fmt: skip
+    draft.step(
+        "metres", REPROJECT, "In metres",
+        {"INPUT": made("place", "BOUNDARIES"), "TARGET_CRS": expression(UTM)},
+    )  # fmt: skip
+    draft.step(
+        "map", "platwright:osmlayers", "Surroundings",
+        {"INPUT": made("metres", "OUTPUT"), "SOURCE_FILE": asked("SOURCE_FILE")},
+        STREETS="Streets of OpenStreetMap", BUILDINGS="Buildings of OpenStreetMap",
+        OBSTACLES="Obstacles of OpenStreetMap",
+    )  # fmt: skip
+    draft.step(
+        "kept", FILTER, "Obstacles that stay",
+        {
+            "INPUT": made("map", "OBSTACLES"),
+            "EXPRESSION": expression(
+                "'not regexp_match(''' || replace(lower(coalesce(@BUILT_ON, '')), '''', ' ')"
+                " || ''', ''\\\\b'' || coalesce(\"kind\", ''-'') || ''\\\\b'')'"
+            ),
+        },
+    )  # fmt: skip
+    _design(draft, made("metres", "OUTPUT"), made("map", "STREETS"), made("kept", "OUTPUT"))
+    return draft
+
+
+def parcels_to_design() -> Draft:
+    """From parcels and roads to a street design."""
+    draft = Draft(
+        "parcelstodesign",
+        "From parcels and roads to a street design",
+        "Joins parcels to a site, designs its streets and checks them.",
+        "Three steps: Prepare site, Design streets, Validate street network. Give any parcels or "
+        "one polygon, and the centre lines of the roads around.\n\n"
+        "To draw or edit the candidate streets yourself, run Candidate mesh, edit its edges, and "
+        "give them here as Candidate mesh.",
+    )
+    draft.input(of_tool("preparesite", "INPUT"))
+    draft.input(of_tool("preparesite", "ROADS"))
+    draft.input(of_tool("preparesite", "OBSTACLES"))
+    _ask_for_design(draft, advanced_snap=False)
+    draft.input(of_tool("designstreets", "MESH_EDGES"))
+    _design(
+        draft, asked("INPUT"), asked("ROADS"), asked("OBSTACLES"), MESH_EDGES=asked("MESH_EDGES")
+    )
+    return draft
+
+
+def _ask_for_names(draft: Draft) -> None:
+    """Ask what two designs are called."""
+    from qgis.core import QgsProcessingParameterString
+
+    for number, word in enumerate(("first", "second"), 1):
+        title = f"Name of the {word} design"
+        name = QgsProcessingParameterString(f"NAME_{number}", title, "", False, True)
+        name.setHelp("Stands in the table. Empty: the name of the layer. Optional.")
+        draft.input(name, Flags=flags(advanced=True, optional=True))
+
+
+def compare_designs() -> Draft:
+    """Compare two designs."""
+    draft = Draft(
+        "comparedesigns",
+        "Compare two designs",
+        "Sets the figures of two street layers on the same site side by side.",
+        "Both layers are measured in the same way on the prepared site, wherever they come from: "
+        "Design streets, a drawing, a survey. The table has a row for each design and a column "
+        "for each figure, as Measure design gives them; two layers show where rules are "
+        "broken.\n\n"
+        "The designs need not have the same coordinate reference system.",
+    )
+    draft.input(of_tool("measuredesign", "INPUT"), Name="FIRST", Description="First design")
+    draft.input(of_tool("measuredesign", "INPUT"), Name="SECOND", Description="Second design")
+    draft.input(of_tool("preparesite", "INPUT"), Name="SITE")
+    draft.input(of_tool("preparesite", "ROADS"))
+    draft.input(of_tool("preparesite", "OBSTACLES"))
+    draft.input(of_tool("measuredesign", "BLOCK_WIDTH"))
+    draft.input(of_tool("preparesite", "SNAP_DISTANCE"))
+    _ask_for_names(draft)
+    draft.step(
+        "site", "platwright:preparesite", "Prepare site",
+        {
+            "INPUT": asked("SITE"), "ROADS": asked("ROADS"), "OBSTACLES": asked("OBSTACLES"),
+            "SNAP_DISTANCE": asked("SNAP_DISTANCE"),
+        },
+    )  # fmt: skip
+    around = {
+        "SITE": made("site", "SITE"),
+        "BOUNDARY_STREETS": made("site", "BOUNDARY_STREETS"),
+        "OBSTACLES": made("site", "SITE_OBSTACLES"),
+    }
+    for number, word in enumerate(("first", "second"), 1):
+        given = {"INPUT": asked(word.upper()), **around}
+        draft.step(
+            word, "platwright:measuredesign", f"Measure the {word} design",
+            {
+                **given, "ACCESS_POINTS": made("site", "ACCESS_POINTS"),
+                "BLOCK_WIDTH": asked("BLOCK_WIDTH"), "NAME": asked(f"NAME_{number}"),
+            },
+        )  # fmt: skip
+        draft.step(
+            f"check{number}", "platwright:validatenetwork", f"Check the {word} design",
+            {**given, "EDGE_LENGTH": asked("BLOCK_WIDTH")},
+            PROBLEMS=f"Broken rules of the {word} design",
+        )  # fmt: skip
+    draft.step(
+        "both", MERGE, "Both rows",
+        {"LAYERS": [made("first", "FIGURES"), made("second", "FIGURES")]},
+    )  # fmt: skip
+    draft.step(
+        "compared", DROP, "Table",
+        {"INPUT": made("both", "OUTPUT"), "COLUMN": value(["fid", "layer", "path"])},
+        OUTPUT="Comparison",
+    )  # fmt: skip
+    return draft
+
+
+def drafts() -> list[Draft]:
+    """Put all models together; the tools must be known to QGIS."""
+    return [place_to_design(), parcels_to_design(), compare_designs()]
+
+
+def stale(texts: dict[Path, str]) -> list[Path]:
+    """Return the files that say something else, and those of models that are no more."""
+    wrong = [p for p, t in texts.items() if not p.is_file() or p.read_text("utf-8") != t]
+    return sorted({*wrong, *(p for p in FOLDER.glob("*.model3") if p not in texts)})
+
+
+def main() -> None:
+    """Write the models, or check them."""
+    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    from qgis.analysis import QgsNativeAlgorithms
+    from qgis.core import QgsApplication
+
+    application = QgsApplication([], False)
+    application.initQgis()
+    registry = application.processingRegistry()
+    registry.addProvider(QgsNativeAlgorithms(registry))
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "platwright_models").symlink_to(ROOT, target_is_directory=True)
+        sys.path.insert(0, folder)
+        plugin = importlib.import_module("platwright_models").classFactory(None)
+        plugin.initProcessing()
+        texts = {FOLDER / f"{draft.name}.model3": draft.text() for draft in drafts()}
+        plugin.unload()
+    wrong = stale(texts)
+    if "--check" not in sys.argv:
+        for path, text in texts.items():
+            path.write_text(text, encoding="utf-8")
+    for path in wrong:
+        verb = "out of date" if "--check" in sys.argv or path not in texts else "written"
+        print(f"{path.relative_to(ROOT)}: {verb}")
+    sys.stdout.flush()
+    # What lives on at the end of the program would end it badly.
+    os._exit(1 if "--check" in sys.argv and wrong else 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,48 @@
+"""Write screenshots as small pictures: no wider than 1200 pixels, 256 colours.
+
+Usage: _small_pictures.py SHOTS TARGET. Pictures in TARGET that have no screenshot are deleted.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from PIL import Image
+
+WIDEST, COLOURS = 1200, 256
+#: All pictures together (bytes).
+MOST = 1_500_000
+
+
+def palette(picture: Image.Image) -> Image.Image:
+    """Return the commonest colours of a picture as they are, so that no legend changes."""
+    counted = picture.getcolors(picture.width * picture.height) or []
+    common = [colour for _, colour in sorted(counted, reverse=True)[:COLOURS]]
+    made = Image.new("P", (1, 1))
+    made.putpalette([part for colour in common for part in colour])
+    return made
+
+
+def main() -> None:
+    """Turn all of them."""
+    shots, target = (Path(name) for name in sys.argv[1:3])
+    found = sorted(shots.glob("*.png"))
+    for path in target.glob("*.png"):
+        path.unlink()
+    for path in found:
+        with Image.open(path) as opened:
+            picture = opened.convert("RGB")
+        if picture.width > WIDEST:
+            picture = picture.resize((WIDEST, round(picture.height * WIDEST / picture.width)))
+        picture.quantize(palette=palette(picture), dither=Image.Dither.NONE).save(
+            target / path.name, optimize=True
+        )
+    total = sum((target / path.name).stat().st_size for path in found)
+    print(f"{len(found)} pictures, {total / 1000:.0f} kB")
+    if total > MOST:
+        sys.exit(f"more than {MOST / 1000:.0f} kB")
+
+
+if __name__ == "__main__":
+    main()
