@@ -12,7 +12,10 @@ import pytest
 
 from house import ROOT
 
-COMMANDS = ["setup", "demo", "test", "benchmark", "package", "make_sample", "qgis-debian13"]
+COMMANDS = [
+    "setup", "demo", "test", "benchmark", "package", "docs", "tutorial", "qgis-debian13",
+    "make_sample", "make_project", "make_models", "make_osm_extract",
+]  # fmt: skip
 #: Files that git would take, however it is asked: text only.
 TEXT = {
     ".py", ".md", ".toml", ".txt", ".cff", ".json", ".sh", ".svg", ".qml", ".yml", ".yaml", "",
