@@ -14,6 +14,7 @@ from qgis.core import NULL, Qgis, QgsField
 from qgis.PyQt.QtCore import QVariant
 
 _QMETATYPE_FIELDS = 33800
+_STYLE_CATEGORIES = 32600
 
 
 def _first(*paths: str) -> Any:
@@ -73,10 +74,6 @@ FOLDER = _first(
     "Qgis.ProcessingFileParameterBehavior.Folder", "QgsProcessingParameterFile.Behavior.Folder"
 )
 FAST_INSERT = _first("QgsFeatureSink.Flag.FastInsert")
-MILLIMETRES = _first("Qgis.RenderUnit.Millimeters", "QgsUnitTypes.RenderUnit.RenderMillimeters")
-METRES_AT_SCALE = _first(
-    "Qgis.RenderUnit.MetersInMapUnits", "QgsUnitTypes.RenderUnit.RenderMetersInMapUnits"
-)
 
 
 def _field_types() -> dict[str, Any]:
@@ -107,6 +104,14 @@ def make_field(name: str, kind: str) -> QgsField:
     QGIS wants a `QMetaType` from 3.38 on and a `QVariant` type before.
     """
     return QgsField(name, FIELD_TYPES[kind])
+
+
+def save_default_style(layer: Any) -> None:
+    """Keep the style of a layer beside its file; QGIS wants to know which parts from 3.26 on."""
+    if Qgis.versionInt() >= _STYLE_CATEGORIES:
+        layer.saveDefaultStyle(core.QgsMapLayer.StyleCategory.AllStyleCategories)
+    else:
+        layer.saveDefaultStyle()
 
 
 def is_null(value: Any) -> bool:

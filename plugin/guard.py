@@ -21,6 +21,7 @@ import importlib.metadata
 import json
 import os
 import sys
+import types
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -132,6 +133,23 @@ def import_package(name: str) -> None:
         importlib.import_module(name)
         for module in PACKAGES[name].modules:
             importlib.import_module(module)
+    _drop_tracebacks(name)
+
+
+def _drop_tracebacks(package: str) -> None:
+    """Take the tracebacks from the errors that the modules of a package have kept.
+
+    PuLP keeps why it did not find this solver or that. The tracebacks would hold on to all who
+    asked for the import, with the layers and the dialog of the first run, as long as Python
+    lives; and layers that outlive QGIS crash it at its end.
+    """
+    modules = [m for name, m in sys.modules.copy().items() if f"{name}.".startswith(f"{package}.")]
+    for module in (m for m in modules if isinstance(m, types.ModuleType)):
+        kept = list(vars(module).values())
+        for kind in (k for k in vars(module).values() if isinstance(k, type)):
+            kept += vars(kind).values()
+        for error in (e for e in kept if isinstance(e, BaseException)):
+            error.__traceback__ = error.__context__ = error.__cause__ = None
 
 
 def trial() -> str:
@@ -185,8 +203,10 @@ def try_out(folder: str, names: Iterable[str]) -> dict[str, object]:
         except Exception as error:
             text = f"The package {name} cannot be loaded ({type(error).__name__}: {error})."
             return {"error": text, "versions": versions}
-        versions[name] = importlib.metadata.version(PACKAGES[name].install)
-        if not fits(name, versions[name]):
+        records = importlib.metadata.distributions(name=PACKAGES[name].install)
+        # Some bundles of QGIS have packages without a record: what can be imported will do.
+        versions[name] = next((record.version for record in records), "?")
+        if versions[name] != "?" and not fits(name, versions[name]):
             text = f"{name} has the version {versions[name]}, which does not do."
             return {"error": text, "versions": versions}
     error_text = trial() if {"shapely", "pyproj"} <= wanted else ""

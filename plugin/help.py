@@ -20,7 +20,7 @@ from qgis.core import (
 )
 from qgis.PyQt.QtCore import QUrl
 
-from . import compat
+from . import compat, parameters
 from .fields import Field, LayerKind
 
 #: Where the pictures lie: `<tool>.png`, as wide as the help panel, drawn by scripts/docs.
@@ -176,7 +176,7 @@ def _input(definition: QgsProcessingParameterDefinition) -> Input:
     default = definition.defaultValue()
     return Input(
         key=definition.name(),
-        title=definition.description(),
+        title=parameters.title(definition),
         kind=_kind(definition),
         default="" if default is None else _plain(default),
         text=definition.help(),

@@ -24,7 +24,14 @@ from qgis.PyQt.QtCore import QLockFile
 from . import deps, installer_folder, settings
 from .guard import LAYERS, PACKAGES, SOLVERS, version_tuple
 from .installer_errors import pip_sentence
-from .installer_process import Ended, InstallError, find_pip, find_python, run
+from .installer_process import (
+    Ended,
+    InstallError,
+    find_pip,
+    find_python,
+    run,
+    temporary_folder,
+)
 from .progress import FeedbackProgress
 
 #: Packages that may be left away, by the name of what they are for.
@@ -35,6 +42,8 @@ EXTRAS: dict[str, tuple[str, ...]] = {
 }
 #: Packages of which QGIS must have one only.
 SINGLE = ("numpy", "pandas", "scipy", "matplotlib")
+#: Said where this QGIS has loaded packages that are not those in force any more.
+RESTART = "Start QGIS again, since a tool has run before."
 #: Room that an installation needs at most (bytes).
 ROOM = 800_000_000
 
@@ -45,6 +54,10 @@ _INVENTORY = (
 #: The first pip that can say what it would do.
 _PIP_WITH_REPORT = (22, 2)
 _NUMPY_OF_PANDAS_3 = (1, 26, 0)
+_NOT_TAKEN = (
+    "The packages were not taken into use; what was there before is unchanged. Please report it."
+)
+_INSTALL_AFRESH = "Install the packages afresh; if that does not help, please report it."
 _GUARD = Path(__file__).with_name("guard.py")
 
 
@@ -101,9 +114,8 @@ def install(
     if wheels is not None and not any(wheels.glob("*.whl")):
         msg = f"The folder {wheels} holds no wheels (files that end with .whl)."
         raise InstallError(msg)
-    with _locked(), tempfile.TemporaryDirectory(prefix="platwright_") as made:
+    with _locked(), temporary_folder() as temporary:
         _check_room()
-        temporary = Path(made)
         progress.stage("Looking for Python and pip", 0.0)
         python = find_python(progress)
         pip = find_pip(python, temporary, progress)
@@ -112,7 +124,7 @@ def install(
         try:
             _fill(folder, pip, wanted, has, wheels, temporary, progress)
             progress.stage("Trying the packages out", 0.9)
-            versions = _try_out(python, folder, wanted, progress)
+            versions = _try_out(python, folder, wanted, progress, _NOT_TAKEN)
             found = _installed(folder)
             installer_folder.put_in_force(folder, {"installed": found, "extras": sorted(extras)})
         except BaseException:
@@ -140,17 +152,21 @@ def test(progress: FeedbackProgress) -> Outcome:
     folder = installer_folder.current()
     folders = deps.folders()
     # An empty path adds nothing to what Python of QGIS has.
-    versions = _try_out(python, Path(folders[0]) if folders else None, wanted, progress)
+    first = Path(folders[0]) if folders else None
+    versions = _try_out(python, first, wanted, progress, _INSTALL_AFRESH)
     progress.stage("Done", 1.0)
     return Outcome(versions, folder, _installed(folder) if folder else {})
 
 
-def remove() -> bool:
-    """Remove all that was installed; tell whether nothing is left."""
+def remove() -> str:
+    """Remove all that was installed; return what is to be said of it."""
+    text = "The packages are removed."
     if not installer_folder.base().is_dir():
-        return True
+        return text
     with _locked():
-        return installer_folder.remove()
+        if not installer_folder.remove():
+            text = "The packages are not used any more; files in use go with the next installation."
+    return f"{text} {RESTART}" if deps.in_use() else text
 
 
 @contextlib.contextmanager
@@ -327,9 +343,16 @@ def _installed(folder: Path) -> dict[str, str]:
 
 
 def _try_out(
-    python: str, folder: Optional[Path], wanted: Iterable[str], progress: FeedbackProgress
+    python: str,
+    folder: Optional[Path],
+    wanted: Iterable[str],
+    progress: FeedbackProgress,
+    remedy: str,
 ) -> dict[str, str]:
-    """Import packages in a fresh process as QGIS would; return their versions."""
+    """Import packages in a fresh process as QGIS would; return their versions.
+
+    `remedy` ends the error where they do not work.
+    """
     answer = _ask_guard(python, "like-qgis", folder, wanted, progress)
     if answer["error"]:
         clash = answer["error"]
@@ -340,10 +363,7 @@ def _try_out(
                 "process of their own."
             )
     if answer["error"]:
-        msg = (
-            f"The packages were not taken into use, since their trial failed: {answer['error']} "
-            "What was there before is unchanged. Please report it."
-        )
+        msg = f"The trial failed: {answer['error']} {remedy}"
         raise InstallError(msg)
     for name, version in answer["versions"].items():
         progress.info(f"{PACKAGES[name].install} {version} works")

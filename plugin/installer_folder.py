@@ -106,8 +106,3 @@ def remove() -> bool:
         if folder.is_dir():
             shutil.rmtree(folder, ignore_errors=True)
     return not any(folder.is_dir() for folder in base().glob("*"))
-
-
-def size(folder: Path) -> int:
-    """Return how much a folder holds (bytes)."""
-    return sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())

@@ -7,8 +7,10 @@ no window on Windows and passes words on as they are: no shell is involved.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
+import shutil
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -131,6 +133,21 @@ def stop(process: QProcess) -> None:
     """End a program now."""
     process.kill()
     process.waitForFinished(1000)
+
+
+@contextlib.contextmanager
+def temporary_folder() -> Iterator[Path]:
+    """Give a folder that is deleted at the end, as far as a program that was stopped lets it.
+
+    It does not lie below the folder for temporary layers of Processing, which a project may
+    clear.
+    """
+    folder = Path(tempfile.mkdtemp(prefix="platwright_"))
+    try:
+        yield folder
+    finally:
+        # What Windows still holds must not hide why a run ended.
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def candidates() -> Iterator[Path]:

@@ -11,6 +11,7 @@ from qgis.PyQt.QtCore import pyqtSignal
 from ..algorithms.errors import CancelledError, PlatwrightError
 from .progress import FeedbackProgress
 
+_CANCELLED = "Cancelled; nothing was changed."
 #: The work that is under way, so that QGIS does not lose it and there is never a second.
 _running: list[InstallerTask] = []
 
@@ -55,7 +56,7 @@ class InstallerTask(QgsTask):
     def __init__(self, title: str, work: Callable[[FeedbackProgress], str]) -> None:
         super().__init__(title, QgsTask.Flag.CanCancel)
         self.work = work
-        self.text = ""
+        self.text = _CANCELLED  # what holds where it never begins
         self.feedback = _Feedback(self)
 
     def run(self) -> bool:
@@ -63,7 +64,7 @@ class InstallerTask(QgsTask):
         try:
             self.text = self.work(FeedbackProgress(self.feedback))
         except CancelledError:
-            self.text = "Cancelled; nothing was changed."
+            self.text = _CANCELLED
         except PlatwrightError as error:
             self.text = str(error)
         except Exception as error:
@@ -89,6 +90,13 @@ class InstallerTask(QgsTask):
 def running() -> Optional[InstallerTask]:
     """Return the work that is under way, or None."""
     return _running[0] if _running else None
+
+
+def cancel() -> None:
+    """Stop the work that is under way, if any, within a second."""
+    task = running()
+    if task is not None:
+        task.cancel()
 
 
 def start(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 import tempfile
 import traceback
@@ -15,11 +16,10 @@ from qgis.core import (
     QgsProcessingContext,
     QgsProcessingException,
     QgsProcessingOutputLayerDefinition,
-    QgsVectorLayer,
 )
 
 from ..algorithms.errors import InputError
-from . import bridge, styles
+from . import bridge, geopackage, styles
 from .fields import LayerKind
 from .record import Record, to_json
 
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 _JOURNALS = ("-wal", "-shm", "-journal")
 #: Endings of the files that belong to another of the same name.
 _COMPANIONS = (".shx", ".dbf", ".prj", ".cpg", ".qmd", ".qml", ".qpj", ".qix")
+#: Stands for all tables of a file.
+_WHOLE = ""
 _TABLE = re.compile(r'table="([^"]+)"')
 #: What lies over what: higher numbers on top.
 _OVER = {"Point": 3, "LineString": 2, "Polygon": 1}
@@ -105,14 +107,8 @@ def check_destinations(request: Request, keys: Iterable[str], inputs: Iterable[s
     inputs
         Keys of the input layers.
     """
-    read = {}
-    for key in inputs:
-        layer = request.tool.parameterAsVectorLayer(request.parameters, key, request.context)
-        path = file_of(layer.source()) if layer is not None else None
-        if path is not None:
-            read[path.resolve()] = request.name(key)
-    whole: dict[Path, str] = {}
-    tables: dict[Path, str] = {}
+    read = _tables_read(request, inputs)
+    taken: dict[Path, dict[str, str]] = {}
     for key in keys:
         destination = destination_text(request, key)
         path = file_of(destination)
@@ -121,23 +117,45 @@ def check_destinations(request: Request, keys: Iterable[str], inputs: Iterable[s
         title = str(request.tool.parameterDefinition(key).description())
         _check_writable(path, title)
         place = path.resolve()
-        other = whole.get(place)
-        if destination.startswith("ogr:"):
-            tables[place] = title  # one table of a database; its other tables stay
-        else:
-            if place in read:
-                raise InputError(
-                    f"Output '{title}' would overwrite {path}, the file of the layer "
-                    f"'{read[place]}' that is read.",
-                    "Choose another file.",
-                )
-            other = other or tables.get(place)
-            whole[place] = title
+        # Of a database one table is written and the others stay; any other file goes whole.
+        table = _table_of(destination, path) if destination.startswith("ogr:") else _WHOLE
+        lost = _overlap(read.get(place, {}), table)
+        if lost is not None:
+            raise InputError(
+                f"Output '{title}' would overwrite {path}, the file of the layer '{lost}' that is "
+                "read.",
+                "Choose another file, or another table of it.",
+            )
+        other = _overlap(taken.get(place, {}), table)
         if other is not None:
             raise InputError(
                 f"Outputs '{other}' and '{title}' have the same file, {path}.",
                 "Give each a file of its own, or save each as a table of one GeoPackage.",
             )
+        taken.setdefault(place, {})[table] = title
+
+
+def _tables_read(request: Request, inputs: Iterable[str]) -> dict[Path, dict[str, str]]:
+    """Return the names of the input layers by their files and their tables in them."""
+    read: dict[Path, dict[str, str]] = {}
+    for key in inputs:
+        layer = request.tool.parameterAsVectorLayer(request.parameters, key, request.context)
+        path = file_of(layer.source()) if layer is not None else None
+        if path is not None:
+            tables = read.setdefault(path.resolve(), {})
+            tables[geopackage.table_of(layer.source())] = request.name(key)
+    return read
+
+
+def _table_of(destination: str, path: Path) -> str:
+    found = _TABLE.search(destination)
+    return found.group(1) if found else path.stem
+
+
+def _overlap(tables: Mapping[str, str], table: str) -> str | None:
+    """Return the title of what a table shares its ground with, or None."""
+    both = (title for own, title in tables.items() if _WHOLE in (own, table) or own == table)
+    return next(both, None)
 
 
 def _check_writable(path: Path, title: str) -> None:
@@ -192,7 +210,9 @@ class Writer:
             # What failed still holds its files open, and would write them once more at its end.
             traceback.clear_frames(error.__traceback__)
             for path in begun:
-                path.unlink(missing_ok=True)
+                # What Windows still holds must not hide why it failed.
+                with contextlib.suppress(OSError):
+                    path.unlink(missing_ok=True)
             if not isinstance(error, (QgsProcessingException, bridge.SinkError, OSError)):
                 raise
             msg = f"The outputs could not be written, none was kept: {error}"
@@ -246,8 +266,7 @@ class Writer:
         path = file_of(destination)
         if path is None:
             return None
-        table = _TABLE.search(destination)
-        return styles.own_style(path, table.group(1) if table else path.stem, self.kinds[key])
+        return styles.own_style(path, _table_of(destination, path), self.kinds[key])
 
     def _dress(
         self, key: str, destination: str, result: Result, own: styles.OwnStyle | None
@@ -271,11 +290,9 @@ class Writer:
                 styles.post_processor(record.tool, key, kind, record, source=source, stored=stored)
             )
             self._group(details, kind, source)
-        if path is not None and stored:
-            layer = QgsVectorLayer(destination, kind.title, "ogr")
-            if layer.isValid():
-                styles.save(layer, kind, own)
-                record.save(str(path), layer)
+        if stored:
+            styles.save(destination, kind, own)
+            record.save(destination)
 
     def _source_name(self) -> str:
         """Return the name of the main input layer; empty where the tool has none."""

@@ -21,6 +21,11 @@ from qgis.core import (
 from . import compat
 from .fields import LayerKind
 
+#: Stands in the text of an optional number before what it is where it is left empty; the dialog
+#: itself says "Not set" there.
+UNSET = ", not set: "
+#: Decimals that the dialog shows of metres and seconds, and of what has no such unit.
+DECIMALS = {"m": 2, "s": 1, "": 4}
 #: Units of fewer letters stand behind a number; longer ones explain it.
 SHORT = 8
 
@@ -75,11 +80,12 @@ def number(
     integer: bool = False,
     advanced: bool = False,
     per_feature_of: str = "",
+    unset: str = "",
 ) -> QgsProcessingParameterDefinition:
     """Declare a number; without a default it is optional, and empty means "as implied".
 
     `per_feature_of` names the layer parameter whose features may each have a value of their own,
-    by a field or an expression.
+    by a field or an expression. `unset` says in the dialog what an empty number is.
     """
     limits = {}
     if minimum is not None:
@@ -88,21 +94,29 @@ def number(
         limits["maxValue"] = maximum
     definition = QgsProcessingParameterNumber(
         key,
-        f"{text} ({unit})" if unit else text,
+        (f"{text} ({unit})" if unit else text) + (UNSET + unset if unset else ""),
         compat.NUMBER_INTEGER if integer else compat.NUMBER_FLOAT,
         default,
         optional=default is None,
         **limits,
     )
+    if not integer:
+        decimals = DECIMALS.get(unit, DECIMALS[""])
+        definition.setMetadata({"widget_wrapper": {"decimals": decimals}})
     if per_feature_of:
         definition.setIsDynamic(True)
         definition.setDynamicLayerParameterName(per_feature_of)
         definition.setDynamicPropertyDefinition(
-            QgsPropertyDefinition(key, definition.description(), compat.POSITIVE_NUMBER)
+            QgsPropertyDefinition(key, title(definition), compat.POSITIVE_NUMBER)
         )
-    shown = "" if default is None else f"{default:g} {unit if len(unit) < SHORT else ''}".strip()
-    ending = "Optional." if default is None else f"Default: {shown}."
+    usual = "" if default is None else f"{default:g} {unit if len(unit) < SHORT else ''}".strip()
+    ending = "Optional." if default is None else f"Default: {usual}."
     return _finish(definition, f"{help_text} {ending}", advanced)
+
+
+def title(definition: QgsProcessingParameterDefinition) -> str:
+    """Return what a parameter is called in a sentence, without what it is where it is empty."""
+    return str(definition.description()).partition(UNSET)[0]
 
 
 def choice(

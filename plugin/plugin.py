@@ -9,6 +9,7 @@ from qgis.core import QgsApplication
 from .provider import PlatwrightProvider
 
 if TYPE_CHECKING:
+    from .sample import SampleAction
     from .settings_page import SettingsPageFactory
 
 
@@ -25,6 +26,7 @@ class PlatwrightPlugin:
         self.iface = iface
         self.provider: PlatwrightProvider | None = None
         self.page: SettingsPageFactory | None = None
+        self.sample: SampleAction | None = None
 
     def initProcessing(self) -> None:
         """Add the provider; the only hook that `qgis_process` calls."""
@@ -38,17 +40,26 @@ class PlatwrightPlugin:
         """Add everything in a QGIS window, and say once which packages are missing."""
         # Not above: `qgis_process` has no window and may lack the libraries for one.
         from . import notice
+        from .sample import SampleAction
         from .settings_page import SettingsPageFactory
 
         self.initProcessing()
         self.page = SettingsPageFactory()
         self.iface.registerOptionsWidgetFactory(self.page)
+        self.sample = SampleAction(self.iface)
         if self.provider is not None:
             notice.tell(self.iface, self.provider.algorithms())
 
     def unload(self) -> None:
         """Take everything away."""
+        if self.sample is not None:
+            self.sample.remove()
+            self.sample = None
         if self.page is not None:
+            from . import installer_task, notice
+
+            notice.withdraw()
+            installer_task.cancel()
             self.iface.unregisterOptionsWidgetFactory(self.page)
             self.page = None
         if self.provider is not None:

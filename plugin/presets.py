@@ -100,7 +100,7 @@ def tell(request: Request, progress: FeedbackProgress) -> None:
     """Say in the log what the preset set, and which of its numbers were given instead."""
     used, given = [], []
     for key, value in implied(request).items():
-        title = request.tool.parameterDefinition(key).description()
+        title = parameters.title(request.tool.parameterDefinition(key))
         (given if request.has(key) else used).append(f"{title} {value:g}")
     word = request.word(KEY)
     if used:

@@ -13,6 +13,8 @@ from typing import Any
 
 from qgis.core import QgsLayerMetadata, QgsVectorLayer
 
+from . import geopackage
+
 #: Prefix of the custom properties of layers, and of the items in a GeoPackage.
 PREFIX = "platwright"
 
@@ -77,24 +79,29 @@ class Record:
             layer.setCustomProperty(f"{PREFIX}/{key}", text)
         layer.setMetadata(self.metadata())
 
-    def save(self, path: str, layer: QgsVectorLayer) -> None:
-        """Put the record into the file at `path` from which `layer` was opened."""
+    def save(self, source: str) -> None:
+        """Put the record into a file, or beside it.
+
+        Parameters
+        ----------
+        source
+            The layer in the file, as QGIS names it.
+        """
+        path, table = geopackage.parts(source)
         if path.lower().endswith(".gpkg"):
-            _save_in_geopackage(path, layer, self)
-        else:
+            _save_in_geopackage(path, table, self)
+            return
+        layer = QgsVectorLayer(source, self.title, "ogr")
+        if layer.isValid():
             layer.setMetadata(self.metadata())
             layer.saveDefaultMetadata()
 
 
-def _save_in_geopackage(path: str, layer: QgsVectorLayer, record: Record) -> None:
-    from osgeo import ogr
-
-    source = layer.dataProvider().dataSourceUri()
-    named = [p.split("=", 1)[1] for p in source.split("|")[1:] if p.startswith("layername=")]
-    dataset = ogr.Open(path, 1)
+def _save_in_geopackage(path: str, name: str, record: Record) -> None:
+    dataset = geopackage.open_dataset(path, change=True)
     if dataset is None:
         return
-    table = dataset.GetLayerByName(named[0]) if named else dataset.GetLayer(0)
+    table = dataset.GetLayerByName(name) if name else dataset.GetLayer(0)
     if table is not None:
         for key, text in record.items.items():
             table.SetMetadataItem(f"{PREFIX}_{key}", text)
@@ -134,16 +141,13 @@ def _from_history(metadata: QgsLayerMetadata) -> dict[str, str]:
 
 
 def _from_geopackage(layer: QgsVectorLayer) -> dict[str, str]:
-    from osgeo import ogr
-
-    path, *options = layer.dataProvider().dataSourceUri().split("|")
+    path, name = geopackage.parts(layer.dataProvider().dataSourceUri())
     if not path.lower().endswith(".gpkg"):
         return {}
-    named = [o.split("=", 1)[1] for o in options if o.startswith("layername=")]
-    dataset = ogr.Open(path)
+    dataset = geopackage.open_dataset(path)
     if dataset is None:
         return {}
-    table = dataset.GetLayerByName(named[0]) if named else dataset.GetLayer(0)
+    table = dataset.GetLayerByName(name) if name else dataset.GetLayer(0)
     items = table.GetMetadata() if table is not None else {}
     return {
         key[len(PREFIX) + 1 :]: text for key, text in items.items() if key.startswith(f"{PREFIX}_")

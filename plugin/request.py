@@ -84,7 +84,7 @@ class Request:
     def has(self, key: str) -> bool:
         """Tell whether the planner gave anything for `key`."""
         value = self.parameters.get(key)
-        return value is not None and value != ""
+        return not compat.is_null(value) and value != ""
 
     def declares(self, key: str) -> bool:
         """Tell whether the tool has an input of this name."""

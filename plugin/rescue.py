@@ -15,7 +15,6 @@ from qgis.core import (
     QgsApplication,
     QgsProcessingContext,
     QgsVectorFileWriter,
-    QgsVectorLayer,
 )
 
 from . import styles
@@ -57,7 +56,5 @@ def save(
         QgsVectorFileWriter.writeAsVectorFormatV3(
             layer, str(path), context.transformContext(), options
         )
-        saved = QgsVectorLayer(f"{path}|layername={kind.key}", kind.title, "ogr")
-        if saved.isValid():
-            styles.save(saved, kind)
+        styles.save(f"{path}|layername={kind.key}", kind)
     return path if path.exists() else None

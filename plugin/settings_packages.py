@@ -68,7 +68,7 @@ class PackagesBox(QGroupBox):
         self.status.setWordWrap(True)
         self.status.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         column.addWidget(self.status)
-        self.cancel.clicked.connect(self._stop)
+        self.cancel.clicked.connect(installer_task.cancel)
         task = installer_task.running()
         self._busy(task is not None)
         self.refresh()
@@ -181,7 +181,7 @@ class PackagesBox(QGroupBox):
         def work(progress: FeedbackProgress) -> str:
             outcome = installer.install(progress, chosen, wheels)
             text = f"{len(outcome.versions)} packages are ready."
-            return f"{text} Start QGIS again to use them." if deps.in_use() else text
+            return f"{text} {installer.RESTART}" if deps.in_use() else text
 
         self._start("Install Python packages for Platwright", work)
 
@@ -197,19 +197,8 @@ class PackagesBox(QGroupBox):
         """Ask, and delete what was installed."""
         button = QMessageBox.StandardButton
         question = f"Delete the packages in {installer_folder.base()}?"
-        if QMessageBox.question(self, "Remove Python packages", question) != button.Yes:
-            return
-
-        def work(_: FeedbackProgress) -> str:
-            gone = installer.remove()
-            return (
-                "The packages are removed."
-                if gone
-                else "The packages are not used any more; files in use go with the next "
-                "installation."
-            )
-
-        self._start("Remove Python packages of Platwright", work)
+        if QMessageBox.question(self, "Remove Python packages", question) == button.Yes:
+            self._start("Remove Python packages of Platwright", lambda _: installer.remove())
 
     def _start(self, title: str, work: Callable[[FeedbackProgress], str]) -> None:
         self._busy(True)
@@ -224,11 +213,6 @@ class PackagesBox(QGroupBox):
 
     def _advance(self, percent: float) -> None:
         self.bar.setValue(int(percent))
-
-    def _stop(self) -> None:
-        task = installer_task.running()
-        if task is not None:
-            task.cancel()
 
     def _busy(self, busy: bool) -> None:
         self.bar.setVisible(busy)

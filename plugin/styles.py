@@ -21,6 +21,7 @@ from qgis.core import (
 )
 from qgis.PyQt.QtXml import QDomDocument
 
+from . import compat, geopackage
 from .fields import LayerKind
 from .record import Record
 from .renderers import LABELS, OTHERS, RENDERERS, TITLES
@@ -95,9 +96,7 @@ def own_style(path: Path, table: str, kind: LayerKind) -> OwnStyle | None:
 
 
 def _in_geopackage(path: Path, table: str) -> OwnStyle | None:
-    from osgeo import ogr
-
-    dataset = ogr.Open(str(path))
+    dataset = geopackage.open_dataset(str(path))
     if dataset is None or dataset.GetLayerByName("layer_styles") is None:
         return None
     styles = dataset.GetLayerByName("layer_styles")
@@ -109,30 +108,37 @@ def _in_geopackage(path: Path, table: str) -> OwnStyle | None:
     return next((own for own in found if not own.description.startswith(OURS)), None)
 
 
-def save(layer: QgsVectorLayer, kind: LayerKind, own: OwnStyle | None = None) -> None:
+def save(source: str, kind: LayerKind, own: OwnStyle | None = None) -> None:
     """Keep a layer's styles with its file, so that it opens like this anywhere.
 
     Parameters
     ----------
-    layer
-        The layer, opened from the file.
+    source
+        The layer in the file, as QGIS names it.
     kind
         What it holds.
     own
         The planner's own default, which stays the default.
     """
-    database = layer.dataProvider().storageType() == "GPKG"
-    if not kind.style or (own is not None and not database):
-        return  # it lies beside the file
-    if database:
-        for title, make in OTHERS.get(kind.style, {}).items():
-            layer.setRenderer(make(layer))
-            layer.saveStyleToDatabase(f"{kind.style}, {title}", f"{OURS}{title}", False, "")
+    layer = QgsVectorLayer(source, kind.title, "ogr")
+    if not kind.style or not layer.isValid():
+        return
+    if layer.dataProvider().storageType() == "GPKG":
+        _save_in_geopackage(layer, kind, own)
+        del layer
+        geopackage.end_journal(geopackage.parts(source)[0])
+    elif own is None:  # else it lies beside the file
+        apply(layer, kind)
+        layer.setCustomProperty(_MARK, kind.style)
+        compat.save_default_style(layer)
+
+
+def _save_in_geopackage(layer: QgsVectorLayer, kind: LayerKind, own: OwnStyle | None) -> None:
+    for title, make in OTHERS.get(kind.style, {}).items():
+        layer.setRenderer(make(layer))
+        layer.saveStyleToDatabase(f"{kind.style}, {title}", f"{OURS}{title}", False, "")
     apply(layer, kind)
     layer.setCustomProperty(_MARK, kind.style)
-    if not database:
-        layer.saveDefaultStyle()
-        return
     layer.saveStyleToDatabase(kind.style, f"{OURS}{kind.title}", own is None, "")
     if own is not None:
         document = QDomDocument()

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
+import sys
 import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -33,7 +33,7 @@ from qgis.PyQt.QtCore import QProcess
 
 from ..algorithms.errors import CancelledError, InputError
 from . import bridge, compat, deps, settings
-from .installer_process import InstallError, environment, find_python, stop
+from .installer_process import InstallError, environment, find_python, stop, temporary_folder
 from .outputs import Result, Writer
 from .progress import FeedbackProgress
 from .record import read_record
@@ -77,9 +77,7 @@ def compute(tool: Tool, request: Request, progress: FeedbackProgress) -> Result:
     CancelledError
         The planner cancelled before there was anything to keep.
     """
-    # Not below the folder for temporary layers of Processing, which a project may clear.
-    with tempfile.TemporaryDirectory(prefix="platwright_run_") as made:
-        folder = Path(made)
+    with temporary_folder() as folder:
         progress.stage("Preparing a process of its own", 0.0)
         wanted = [key for key in tool.layers if request.parameters.get(key) is not None]
         order = {
@@ -267,7 +265,9 @@ def _surroundings() -> dict[str, str]:
     made["PLATWRIGHT_CACHE"] = str(settings.cache_folder())
     made[deps.ENVIRONMENT_VARIABLE] = os.pathsep.join(deps.folders())
     made[deps.WORKER_VARIABLE] = "never"
-    made["QT_QPA_PLATFORM"] = "offscreen"
+    if sys.platform not in ("win32", "darwin"):
+        # There may be no display; elsewhere there is one, and Qt may come without this.
+        made["QT_QPA_PLATFORM"] = "offscreen"
     addresses = (str(settings.value("overpass_url")), str(settings.value("nominatim_url")))
     proxy = settings.proxy_for(*addresses)
     if proxy:

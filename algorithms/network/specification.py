@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -133,16 +134,32 @@ class Specification:
         return json.dumps(values, sort_keys=True)
 
     @classmethod
-    def from_json(cls, text: str) -> Specification:
-        """Read what `to_json` wrote; raise `InputError` for unknown keys.
+    def from_json(cls, text: str, site_id: int | None = None) -> Specification:
+        """Read what `to_json` or `sites_json` wrote, as it is stored with every layer.
+
+        Parameters
+        ----------
+        text
+            The JSON.
+        site_id
+            The site whose specification is wanted; needed where each site has its own.
+
+        Raises
+        ------
+        InputError
+            The text is no specification, has unknown keys, or none for the site.
 
         Examples
         --------
         >>> spec = Specification(block_width=60.0)
         >>> Specification.from_json(spec.to_json()) == spec
         True
+        >>> Specification.from_json(sites_json({1: Specification(), 2: spec}), site_id=2) == spec
+        True
         """
-        values: dict[str, Any] = json.loads(text)
+        values = _object(text)
+        if "sites" in values:
+            values = _own(values["sites"], site_id)
         known = {f.name for f in dataclasses.fields(cls)}
         unknown = sorted(set(values) - known)
         if unknown:
@@ -151,7 +168,50 @@ class Specification:
                 f"Known keys are: {', '.join(sorted(known))}.",
             )
         fields: dict[str, Any] = {k: FORBID if v == "forbid" else v for k, v in values.items()}
-        return cls(**fields)
+        try:
+            return cls(**fields)
+        except TypeError as error:
+            raise InputError(f"{_NOT_ONE} ({error}).", _REMEDY) from error
+
+
+_NOT_ONE = "The text is no specification"
+_REMEDY = "Give what `Specification.to_json` or `sites_json` wrote."
+
+
+def sites_json(specifications: Mapping[int, Specification]) -> str:
+    """Return the specifications of several sites as one JSON; `from_json` reads it back.
+
+    Parameters
+    ----------
+    specifications
+        The specification of each site by its `site_id`.
+    """
+    rows = {str(key): json.loads(own.to_json()) for key, own in specifications.items()}
+    return json.dumps({"sites": rows}, sort_keys=True)
+
+
+def _object(text: str) -> dict[str, Any]:
+    """Return a JSON object, or raise `InputError`."""
+    try:
+        values = json.loads(text)
+    except ValueError as error:
+        raise InputError(f"{_NOT_ONE} ({error}).", _REMEDY) from error
+    if not isinstance(values, dict):
+        raise InputError(f"{_NOT_ONE}.", _REMEDY)
+    return values
+
+
+def _own(sites: Any, site_id: int | None) -> dict[str, Any]:
+    """Return the values of one site, or raise `InputError`."""
+    if not isinstance(sites, dict) or not all(isinstance(own, dict) for own in sites.values()):
+        raise InputError(f"{_NOT_ONE}.", _REMEDY)
+    if str(site_id) not in sites:
+        raise InputError(
+            f"There is a specification for each of the sites {', '.join(sorted(sites))}, none "
+            f"{'for all' if site_id is None else f'for site {site_id}'}.",
+            "Name one of them by site_id, as the layers do.",
+        )
+    return dict(sites[str(site_id)])
 
 
 def _whole(number: float) -> bool:

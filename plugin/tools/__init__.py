@@ -4,7 +4,20 @@ from __future__ import annotations
 
 from .candidatemesh import CandidateMesh
 from .designstreets import DesignStreets
+from .installdependencies import InstallDependencies
+from .measuredesign import MeasureDesign
+from .osmboundary import OsmBoundary
+from .osmlayers import OsmLayers
 from .preparesite import PrepareSite
 from .validatenetwork import ValidateNetwork
 
-TOOLS = (PrepareSite, CandidateMesh, DesignStreets, ValidateNetwork)
+TOOLS = (
+    OsmBoundary,
+    OsmLayers,
+    PrepareSite,
+    CandidateMesh,
+    DesignStreets,
+    ValidateNetwork,
+    MeasureDesign,
+    InstallDependencies,
+)

@@ -142,6 +142,7 @@ class DesignStreets(Tool):
     def compute(self, request: Request, progress: FeedbackProgress) -> Result:
         """Prepare the sites, design all of them and collect the layers."""
         from ...algorithms.site import site_layers
+        from ...algorithms.streets import design_streets, plan_layers
 
         specification = rules.specification(request)
         presets.tell(request, progress)
@@ -150,13 +151,14 @@ class DesignStreets(Tool):
         reading = progress.part(0.1, 0.12)
         given = {key: request.frame(key, reading) for key in ("SINKS", "REQUIRED", "FORBIDDEN")}
         wishes = _wishes(request, given)
-        plans = persite.design_each(
+        of_site = {site.site_id: own for site, own in zip(prepared.sites, asked)}
+        plan = design_streets(
             prepared.sites,
-            asked,
-            _designer(prepared.sites, wishes, _given_mesh(request, progress.part(0.12, 0.14))),
-            progress.part(0.14, 0.97),
+            lambda site: of_site[site.site_id],
+            wishes=wishes,
+            mesh=_given_mesh(request, progress.part(0.12, 0.14)),
+            progress=progress.part(0.14, 0.97),
         )
-        plan = persite.joined_plan(plans, specification)
         if plan.stopped == "cancelled":
             gap = plan.numbers["ACHIEVED_GAP"]
             progress.warn(
@@ -164,7 +166,7 @@ class DesignStreets(Tool):
                 "distance of what was solved from its proven bound. Places that the search did "
                 "not reach have no streets yet."
             )
-        found = persite.joined_layers(plans)
+        found = plan_layers(plan)
         progress.stage("Checking the streets", 0.98)
         around = site_layers(prepared)
         report = check_design(found, around, plan, given, wishes, progress.part(0.98, 1.0))
@@ -190,25 +192,6 @@ def _asked(request: Request, base: Any, sites: Any, progress: FeedbackProgress) 
         if keys:
             progress.info(f"{site.name}: blocks of {own.block_width:g} m x {own.block_length:g} m.")
     return asked
-
-
-def _designer(
-    sites: Any, wishes: Callable[[Any], Any], mesh: Callable[[Any], Any] | None
-) -> Callable[[Any, Any, FeedbackProgress], Any]:
-    """Return a function that designs some of the sites by one specification."""
-    from ...algorithms.streets import design_streets
-
-    def design(own: Any, specification: Any, progress: FeedbackProgress) -> Any:
-        return design_streets(
-            own,
-            specification,
-            # of all sites, since each wish belongs to the nearest of them
-            wishes=lambda site: wishes(site).of_site(site, sites),
-            mesh=mesh,
-            progress=progress,
-        )
-
-    return design
 
 
 def _joined(*layers: Any) -> Any:

@@ -104,13 +104,7 @@ class InstallDependencies(Tool):
         """Do what was asked."""
         action = request.word("ACTION")
         if action == "remove":
-            gone = installer.remove()
-            progress.info(
-                "The packages are removed."
-                if gone
-                else "The packages are not used any more. Some files are in use by QGIS and go "
-                "with the next installation."
-            )
+            progress.info(installer.remove())
             return self._result({"PACKAGES": 0, "FOLDER": ""})
         if action == "test":
             outcome = installer.test(progress)
@@ -134,7 +128,7 @@ class InstallDependencies(Tool):
             entries = ", ".join(f"{name} {version}" for name, version in outcome.installed.items())
             progress.info(f"Installed in {outcome.folder}: {entries}.")
         if deps.in_use():
-            progress.warn("Start QGIS again, so that the new packages are used.")
+            progress.warn(installer.RESTART)
 
     @staticmethod
     def _result(values: dict[str, float | str]) -> Result:

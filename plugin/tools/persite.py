@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from qgis.core import QgsExpressionContext, QgsProcessingParameters
 
-from ...algorithms.errors import CancelledError, InputError, PlatwrightError
-from .. import compat
-from ..progress import FeedbackProgress
+from ...algorithms.errors import InputError
+from .. import compat, parameters
 from ..request import Request
 
 
@@ -73,7 +71,7 @@ def _values_of_features(
             number = _number(value) if good else None
             if number is None or not definition.minimum() <= number <= definition.maximum():
                 raise InputError(
-                    f"{definition.description()} is {value}.",
+                    f"{parameters.title(definition)} is {value}.",
                     f"Give a number from {definition.minimum():g} to {definition.maximum():g}, or "
                     "nothing for the usual one.",
                     layer=request.name(layer),
@@ -106,98 +104,10 @@ def specifications(
     return made
 
 
-def design_each(
-    sites: Sequence[Any],
-    asked: Sequence[Any],
-    design: Callable[[Sequence[Any], Any, FeedbackProgress], Any],
-    progress: FeedbackProgress,
-) -> list[Any]:
-    """Design sites that are asked for different things; return one plan for each demand.
-
-    Parameters
-    ----------
-    sites, asked
-        The sites and the specification of each.
-    design
-        Designs some sites by one specification, as `design_streets` does.
-    progress
-        Told of the share that is done; a cancelled run keeps the plans that there are.
-
-    Raises
-    ------
-    PlatwrightError
-        No site could be designed.
-    """
-    from ...algorithms.streets import StreetPlan
-
-    groups: dict[Any, list[Any]] = {}
-    for site, specification in zip(sites, asked):
-        groups.setdefault(specification, []).append(site)
-    area = sum(site.polygon.area for site in sites)
-    plans: list[Any] = []
-    errors: list[PlatwrightError] = []
-    done = 0.0
-    for specification, own in groups.items():
-        share = sum(site.polygon.area for site in own) / area
-        timed = dataclasses.replace(
-            specification, time_limit=max(1.0, share * specification.time_limit)
-        )
-        try:
-            plans.append(design(own, timed, progress.part(done, done + share)))
-        except CancelledError:
-            if not plans:
-                raise
-            break
-        except PlatwrightError as error:
-            if len(groups) == 1:
-                raise
-            progress.warn(f"{own[0].name}: {error}")
-            errors.append(error)
-            plans.append(StreetPlan((), timed, 0.0, failures=tuple((s, error) for s in own)))
-        done += share
-        if progress.cancelled():
-            break
-    if errors and not any(plan.plans for plan in plans):
-        raise errors[0]
-    return plans
-
-
-def joined_plan(plans: Sequence[Any], base: Any) -> Any:
-    """Return several plans as one, for its figures; `base` stands for what they have in common."""
-    from ...algorithms.streets import StreetPlan
-
-    order = ("cancelled", "time", "gap", "optimal")
-    return StreetPlan(
-        tuple(own for plan in plans for own in plan.plans),
-        base,
-        sum(plan.seconds for plan in plans),
-        min((plan.stopped for plan in plans), key=order.index),
-        tuple(failure for plan in plans for failure in plan.failures),
-    )
-
-
-def joined_layers(plans: Sequence[Any]) -> dict[str, Any]:
-    """Return the layers of several plans as one of each kind, numbered through."""
-    import pandas
-
-    from ...algorithms.streets import plan_layers
-
-    parts = [plan_layers(plan) for plan in plans]
-    joined: dict[str, Any] = {}
-    for key in parts[0]:
-        full = [part[key] for part in parts if len(part[key])]
-        joined[key] = pandas.concat(full, ignore_index=True) if full else parts[0][key]
-        name = f"{key[:-1]}_id"
-        if name in joined[key].columns:
-            joined[key][name] = range(1, len(joined[key]) + 1)
-    return joined
-
-
 def record(base: Any, sites: Sequence[Any], asked: Sequence[Any]) -> str:
-    """Return what was asked as JSON: one specification, or one for each site by its number."""
+    """Return what was asked as JSON, which `Specification.from_json` reads: once, or by site."""
+    from ...algorithms.network.specification import sites_json
+
     if all(own == base for own in asked):
         return str(base.to_json())
-    rows: Mapping[str, Any] = {
-        str(site.site_id): json.loads(own.to_json()) for site, own in zip(sites, asked)
-    }
-    return json.dumps({"sites": rows}, sort_keys=True)
+    return sites_json({site.site_id: own for site, own in zip(sites, asked)})

@@ -85,6 +85,7 @@ def block_size() -> Iterator[QgsProcessingParameterDefinition]:
         minimum=10.0,
         maximum=2000.0,
         per_feature_of="INPUT",
+        unset="by kind",
     )
     yield parameters.number(
         "BLOCK_LENGTH",
@@ -95,6 +96,7 @@ def block_size() -> Iterator[QgsProcessingParameterDefinition]:
         minimum=10.0,
         maximum=5000.0,
         per_feature_of="INPUT",
+        unset="by kind",
     )
 
 

@@ -373,6 +373,20 @@ def test_an_input_is_not_overwritten(toolbox, tmp_path: Path):
         )
 
 
+def test_a_table_that_is_read_is_not_overwritten(toolbox, tmp_path: Path):
+    def table(name):
+        return f"ogr:dbname='{tmp_path / 'all.gpkg'}' table=\"{name}\" (geom)"
+
+    run(toolbox, "preparesite", INPUT=site(), SITE=table("mine"))
+    for source in (f"{tmp_path / 'all.gpkg'}|layername=mine", str(tmp_path / "all.gpkg")):
+        with pytest.raises(RefusedError, match="would overwrite"):
+            run(toolbox, "preparesite", INPUT=source, SITE=table("mine"))
+    with pytest.raises(RefusedError, match="same file"):
+        run(toolbox, "preparesite", INPUT=site(), SITE=table("two"), PROBLEMS=table("two"))
+    made = run(toolbox, "preparesite", INPUT=source, SITE=table("two"))
+    assert made.layers["SITE"].featureCount() == 1
+
+
 def test_two_outputs_do_not_share_a_file(toolbox, tmp_path: Path):
     path = str(tmp_path / "all.gpkg")
     with pytest.raises(RefusedError, match="same file"):

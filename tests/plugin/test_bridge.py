@@ -192,6 +192,9 @@ def test_every_style_fits_its_layer(package, provider):
 
     styles, fields = package("plugin.styles"), package("plugin.fields")
     kinds = [k for k in vars(fields).values() if isinstance(k, fields.LayerKind)]
+    tables = [k for k in kinds if not k.style]
+    assert all(k.geometry == "NoGeometry" for k in tables)
+    kinds = [k for k in kinds if k.style]
     assert {k.style for k in kinds} == set(styles.RENDERERS)
     for kind in kinds:
         made = QgsVectorLayer(f"{kind.geometry}?crs={METRES}", kind.title, "memory")

@@ -173,3 +173,30 @@ def test_the_trial_shows_what_qgis_would_do_to_an_unguarded_import(root):
     if bare.strip().endswith("None"):
         pytest.skip("the libraries of this QGIS happen to agree with those of the packages")
     assert "does not work in this QGIS" in bare or "cannot be loaded" in bare
+
+
+@pytest.mark.parametrize("name", ["geopandas", "pulp", "ortools", "osmnx"])
+def test_who_imports_first_is_not_held_for_ever(root, name):
+    """PuLP keeps errors, and they their tracebacks: QGIS crashed at its end over held layers."""
+    program = (
+        "import sys; sys.path.insert(0, sys.argv[1])\n"
+        "import gc, guard, weakref\n"
+        "class Layer: pass\n"
+        "def tool():\n"
+        "    layer = Layer()\n"
+        "    guard.import_package(sys.argv[2])\n"
+        "    return weakref.ref(layer)\n"
+        "held = tool()\n"
+        "gc.collect()\n"
+        "print(held() is None)\n"
+    )
+    words = [sys.executable, "-c", program, str(root / "plugin"), name]
+    ended = subprocess.run(words, capture_output=True, text=True, timeout=60, check=True)
+    assert ended.stdout.strip() == "True"
+
+
+def test_a_package_without_a_record_will_do(package, monkeypatch):
+    """Some bundles of QGIS have none."""
+    guard = package("plugin.guard")
+    monkeypatch.setattr(guard.importlib.metadata, "distributions", lambda **_: iter(()))
+    assert guard.try_out("", ["networkx"]) == {"error": None, "versions": {"networkx": "?"}}

@@ -43,7 +43,7 @@ def test_the_checker_is_told_the_planner_s_own_exits_and_wishes(toolbox, asked_o
     exits = [(p.x - 500000, p.y - 6700000) for p in asked_of_checker["sinks"].geometry]
     assert len(exits) == 2
     assert exits[0] == pytest.approx((150, 0), abs=5)
-    assert exits[1] == pytest.approx((150, 200), abs=5)
+    assert exits[1] == pytest.approx((160, 200), abs=5)
     assert asked_of_checker["required"].length.sum() == pytest.approx(190)
     assert asked_of_checker["forbidden"].length.sum() == pytest.approx(70, abs=0.1)
 

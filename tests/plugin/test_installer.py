@@ -140,6 +140,12 @@ def test_lines_arrive_whole_and_while_the_program_runs(process):
     assert ended == (0, "line 0\nline 1\nline 2\né")
 
 
+def test_a_temporary_folder_goes_with_what_is_in_it(process):
+    with process.temporary_folder() as folder:
+        (folder / "file").write_text("")
+    assert not folder.exists()
+
+
 def test_a_program_that_is_not_there_is_named(process):
     with pytest.raises(process.InstallError, match="no/such/program could not be started"):
         process.run(["/no/such/program"], Listening())

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
-
 import pytest
 
 pytest.importorskip("qgis.core", reason="QGIS is not installed")
 pytestmark = pytest.mark.qgis
 
-from support import FailedError, RefusedError, box, layer, roads, site  # noqa: E402
+from support import FailedError, Listener, RefusedError, box, layer, roads, site  # noqa: E402
 
 #: Two sites of the same size, far enough apart to be two.
 TWO = [box(0, 0, 300, 200), box(500, 0, 300, 200)]
@@ -45,6 +43,21 @@ def test_a_preset_says_what_empty_numbers_are(toolbox, package, given, width, le
     found = settings(toolbox, package, **given)
     assert (found.block_width, found.block_length) == (width, length)
     assert found.weight_straight == straight
+
+
+def test_what_a_model_leaves_empty_is_as_the_preset_says(toolbox, package):
+    from qgis.core import NULL
+
+    for empty in (None, "", NULL):
+        found = settings(toolbox, package, PRESET="campus", BLOCK_WIDTH=empty)
+        assert found.block_width == 130
+
+
+def test_the_dialog_says_what_an_empty_block_size_is(toolbox, package):
+    tool = toolbox.tool("designstreets")
+    definition = tool.parameterDefinition("BLOCK_WIDTH")
+    assert definition.description() == "Block width (m), not set: by kind"
+    assert package("plugin.parameters").title(definition) == "Block width (m)"
 
 
 def test_presets_set_numbers_that_the_tool_takes(toolbox, package):
@@ -139,8 +152,8 @@ def test_the_values_of_each_site_are_stored_with_the_layers(toolbox, package, tm
     path = tmp_path / "streets.gpkg"
     design(toolbox, INPUT=two_sites([60.0, 100.0]), BLOCK_WIDTH=field("width"), STREETS=str(path))
     stored = package("plugin.record").read_record(QgsVectorLayer(str(path), "s", "ogr"))
-    sites = json.loads(stored["specification"])["sites"]
-    assert {key: own["block_width"] for key, own in sites.items()} == {"1": 60, "2": 100}
+    read = package("algorithms.network.specification").Specification.from_json
+    assert [read(stored["specification"], key).block_width for key in (1, 2)] == [60, 100]
 
 
 @pytest.mark.parametrize("value", [-5.0, 1e9])
@@ -159,3 +172,22 @@ def test_one_bad_site_does_not_cost_the_other(toolbox):
     assert {row["site_id"] for row in run.rows("BLOCKS")} >= {1}
     assert any(text.startswith("Site 2: The site (0.00 ha") for text in run.said.warnings)
     assert any("too small" in row["problem"] for row in run.rows("PROBLEMS"))
+
+
+def test_cancel_says_which_sites_have_no_design(toolbox):
+    listener = Listener(cancel_at="Site 2: reading the ground")
+    run = design(
+        toolbox,
+        INPUT=two_sites([60.0, 100.0]),
+        BLOCK_WIDTH=field("width"),
+        listener=listener,
+    )
+    assert {row["site_id"] for row in run.rows("BLOCKS")} == {1}
+    assert "Cancelled: 1 of 2 sites have no design." in listener.warnings
+
+
+def test_a_cancelled_search_gives_no_wrong_reason(toolbox):
+    listener = Listener(cancel_at="Best design")
+    run = design(toolbox, INPUT=layer(TWO[:1]), BLOCK_WIDTH=60, listener=listener)
+    assert run.results == {}
+    assert not [text for text in listener.warnings if "no street leads through" in text]

@@ -251,7 +251,7 @@ def test_installing_runs_in_the_background_and_tells_its_end(page, package, monk
     page.packages.buttons["install"].click()
     assert not page.packages.buttons["install"].isEnabled()
     wait_for(lambda: "ready" in page.packages.status.text())
-    assert page.packages.status.text() == "1 packages are ready. Start QGIS again to use them."
+    assert page.packages.status.text() == f"1 packages are ready. {module.installer.RESTART}"
     assert seen == [(("OpenStreetMap", "OR-Tools"), None)]
     assert page.packages.buttons["install"].isEnabled()
     assert package("plugin.installer_task").running() is None
@@ -321,6 +321,12 @@ class Window:
         assert parent is None
         self.opened.append(page)
 
+    def addPluginToMenu(self, menu, action):  # noqa: N802
+        self.menu = [(menu, action.text())]
+
+    def removePluginMenu(self, menu, action):  # noqa: N802
+        self.menu.remove((menu, action.text()))
+
     def registerOptionsWidgetFactory(self, factory):  # noqa: N802
         self.factories.append(factory)
 
@@ -386,5 +392,30 @@ def test_the_plugin_adds_its_page_and_takes_it_away(package, provider, qgis_app)
     assert not factory.icon().isNull()
     plugin.provider = None
     plugin.unload()
-    assert window.factories == []
+    assert window.factories == window.menu == []
     assert QgsApplication.processingRegistry().providerById("platwright") is not None
+
+
+def test_what_is_under_way_ends_with_the_plugin(package, provider, qgis_app, monkeypatch):
+    import time
+
+    notice, task = package("plugin.notice"), package("plugin.installer_task")
+    monkeypatch.setattr(notice, "_told", [])
+    monkeypatch.setattr(
+        package("plugin.deps"), "missing", lambda names: [n for n in names if n == "geopandas"]
+    )
+
+    def work(progress):
+        while not progress.cancelled():
+            time.sleep(0.02)
+        return "stopped"
+
+    window = Window()
+    plugin = package("plugin.plugin").PlatwrightPlugin(window)
+    plugin.page = object()
+    window.registerOptionsWidgetFactory(plugin.page)
+    notice.tell(window, provider.algorithms())
+    task.start("Waiting", work)
+    plugin.unload()
+    wait_for(lambda: window.bar.items() == [])
+    wait_for(lambda: task.running() is None)

@@ -89,6 +89,28 @@ def test_a_geopackage_keeps_all_styles(toolbox, tmp_path):
     }
 
 
+def test_a_geopackage_needs_no_other_file_to_be_read(toolbox, tmp_path):
+    """In the journal mode of QGIS ("WAL") it would not open from a read-only folder or share."""
+    from qgis.core import QgsProcessingContext, QgsProcessingFeedback
+
+    both, one = tmp_path / "both.gpkg", tmp_path / "one.gpkg"
+    asked = {
+        "INPUT": site(),
+        "ROADS": roads(),
+        "TIME_LIMIT": 1,
+        "STREETS": f"ogr:dbname='{both}' table=\"streets\" (geom)",
+        "JUNCTIONS": f"ogr:dbname='{both}' table=\"junctions\" (geom)",
+        "BLOCKS": str(one),
+    }
+    # Nothing is read back here, since the next to close a file would set it right.
+    tool = toolbox.tool("designstreets")
+    assert tool.run(asked, QgsProcessingContext(), QgsProcessingFeedback())[1]
+    for path in (both, one):
+        versions = path.read_bytes()[18:20]
+        assert versions == b"\x01\x01", path
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["both.gpkg", "one.gpkg"]
+
+
 def own_colour(path, name="planner's"):
     """Store a style of the planner's as the default of a file, as the layer dialog does."""
     from qgis.core import QgsLineSymbol, QgsSingleSymbolRenderer, QgsVectorLayer
