@@ -143,6 +143,7 @@ SITE = LayerKind(
         Field("area_m2", "number", "area in square metres"),
         Field("area_ha", "number", "area in hectares"),
         Field("perimeter_m", "number", "perimeter with all holes, in metres"),
+        Field("snap_m", "number", "snap distance that found its streets, in metres"),
     ),
     "site",
 )

@@ -11,7 +11,7 @@ import shapely
 from shapely.geometry import Point
 
 from .roads import INSIDE
-from .types import PreparedSites, Site
+from .types import SNAP_COLUMN, PreparedSites, Site
 
 
 def site_layers(prepared: PreparedSites) -> dict[str, gpd.GeoDataFrame]:
@@ -25,7 +25,7 @@ def site_layers(prepared: PreparedSites) -> dict[str, gpd.GeoDataFrame]:
     Returns
     -------
     dict of str to geopandas.GeoDataFrame
-        `site` (site_id, name, area_m2, area_ha, perimeter_m), `boundary_streets` (site_id,
+        `site` (site_id, name, area_m2, area_ha, perimeter_m, snap_m), `boundary_streets` (site_id,
         name, kind, place, length_m; place is "edge", or "inside" for the streets inside the
         site that are kept), `access_points` (site_id, name, bearing_deg: direction into
         the site, degrees clockwise from grid north of the working CRS), `site_obstacles`
@@ -42,7 +42,7 @@ def site_layers(prepared: PreparedSites) -> dict[str, gpd.GeoDataFrame]:
             rows[key] += values
             shapes[key] += _back(geometry, site)
     columns = {
-        "site": ["site_id", "name", "area_m2", "area_ha", "perimeter_m"],
+        "site": ["site_id", "name", "area_m2", "area_ha", "perimeter_m", SNAP_COLUMN],
         "boundary_streets": ["site_id", "name", "kind", "place", "length_m"],
         "access_points": ["site_id", "name", "bearing_deg"],
         "site_obstacles": ["site_id", "area_m2"],
@@ -82,7 +82,11 @@ def _rows(site: Site) -> list[tuple[str, list[tuple[Any, ...]], list[Any]]]:
     streets += [(s, INSIDE) for s in site.inner_streets]
     points = site.access_points
     return [
-        ("site", [(number, site.name, area, area / 1e4, around)], [site.polygon]),
+        (
+            "site",
+            [(number, site.name, area, area / 1e4, around, site.snap_distance)],
+            [site.polygon],
+        ),
         (
             "boundary_streets",
             [(number, s.name, s.kind, place, float(s.line.length)) for s, place in streets],

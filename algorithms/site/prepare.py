@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import geopandas as gpd
@@ -21,7 +21,7 @@ from .inner import inner_streets
 from .repair import NO_AREA, POLYGON_TYPE, Geometries, Problems, overlay, repair_polygons
 from .roadnetwork import RoadNetwork
 from .roads import RoadLayer
-from .types import AccessPoint, BoundaryStreet, PreparedSites, Site
+from .types import SNAP_COLUMN, AccessPoint, BoundaryStreet, PreparedSites, Site
 from .watch import ask, in_chunks
 
 SMALLEST_OBSTACLE = 25.0
@@ -75,7 +75,8 @@ def prepare_sites(
         Polygons that must stay free of streets, or None.
     snap_distance
         Largest distance between the boundary and the centre line of a road that runs along
-        it, metres, greater than 0.
+        it, metres, greater than 0. A site that was prepared with a larger one (its column
+        snap_m says so) keeps that.
     inner_roads
         "keep" the roads inside a site as existing streets, or "ignore" them. Roads whose
         column place says "inside", as in the layer of boundary streets of a prepared site
@@ -127,7 +128,9 @@ def prepare_sites(
         progress.stage(f"Preparing site {k + 1} of {len(pieces)}", (k + 0.5) / len(pieces))
         name = names.get(own[0], "") if len(own) == 1 else ""
         number = numbers[k]
-        sites.append(_one_site(task, polygon, crs, own[0], number, name or f"Site {number}"))
+        snap = max(snap_distance, prepared_with(polygons, own[0]))
+        this = replace(task, snap_distance=snap)
+        sites.append(_one_site(this, polygon, crs, own[0], number, name or f"Site {number}"))
     if roads is None:
         progress.info(
             "No road layer is given: the whole outer edge of each site counts as street, and "
@@ -252,6 +255,19 @@ def _names(polygons: gpd.GeoDataFrame) -> dict[Any, str]:
             column = polygons[by_lower[candidate]]
             return {i: v.strip() for i, v in column.items() if isinstance(v, str)}
     return {}
+
+
+def prepared_with(polygons: gpd.GeoDataFrame, feature: Any) -> float:
+    """Return the snap distance with which a site was prepared before, 0 where it was not, metres.
+
+    A prepared site that is taken further finds the same streets along its edge, though nobody
+    gives the distance a second time.
+    """
+    if SNAP_COLUMN not in polygons.columns or not polygons.index.is_unique:
+        return 0.0
+    value = polygons.at[feature, SNAP_COLUMN]
+    number = isinstance(value, (int, float, np.number)) and np.isfinite(value)
+    return float(value) if number else 0.0
 
 
 def _numbers(polygons: gpd.GeoDataFrame, first: list[Any]) -> list[int]:

@@ -12,6 +12,9 @@ import shapely
 from pyproj import CRS
 from shapely.geometry import LineString, MultiLineString, Polygon
 
+#: Column of the site layer that says with which snap distance a site was prepared, metres.
+SNAP_COLUMN = "snap_m"
+
 
 @dataclass(frozen=True)
 class AccessPoint:

@@ -77,7 +77,8 @@ def snapping(*, advanced: bool) -> Iterator[QgsProcessingParameterDefinition]:
         "SNAP_DISTANCE",
         "Snap distance",
         "Largest distance between the edge of the site and the centre line of a road that runs "
-        "along it. Site polygons often end at the property line, half a street width away.",
+        "along it. Site polygons often end at the property line, half a street width away. A "
+        "prepared site keeps the distance that it was prepared with, where that is larger.",
         unit="m",
         default=30.0,
         minimum=0.1,

@@ -286,3 +286,16 @@ def test_a_site_of_a_prepared_layer_keeps_its_number_when_it_is_prepared_alone(s
 def test_numbers_that_are_no_site_numbers_are_not_taken_over(scene, given):
     both = scene.frame([box(0, 0, 100, 100), box(300, 0, 400, 100)]).assign(site_id=given)
     assert [s.site_id for s in prepare_sites(both).sites] == [1, 2]
+
+
+def test_a_prepared_site_keeps_its_snap_distance(scene):
+    wide = [LineString([(-100, -45), (300, -45)])]
+    roads = scene.frame(wide, name=["Far Street"])
+    first = prepare_sites(scene.site_frame(), roads, snap_distance=60)
+    (again,) = prepare_sites(site_layers(first)["site"], roads).sites
+    assert again.snap_distance == 60
+    assert again.street_frontage.length == pytest.approx(first.sites[0].street_frontage.length)
+    (smaller,) = prepare_sites(site_layers(first)["site"], roads, snap_distance=70).sites
+    assert smaller.snap_distance == 70
+    (raw,) = prepare_sites(scene.site_frame(), roads).sites
+    assert raw.street_frontage.is_empty
