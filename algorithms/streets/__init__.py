@@ -1,5 +1,6 @@
 """Street plans: network, levels, alignment, segments, blocks and their layers."""
 
+from .distances import sink_places
 from .fitting import edge_length, site_mesh
 from .layers import plan_layers
 from .plan import design_streets, plan_site
@@ -17,6 +18,7 @@ __all__ = [
     "edge_length",
     "plan_layers",
     "plan_site",
+    "sink_places",
     "site_mesh",
     "survey",
 ]

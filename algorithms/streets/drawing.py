@@ -79,7 +79,7 @@ def draw_plan(
         site,
         network,
         alignment,
-        tuple(segments(ground, pieces, exits)),
+        tuple(segments(ground, pieces, joints, exits)),
         tuple(cross),
         tuple(joints),
         tuple(found),
@@ -108,13 +108,14 @@ def _surroundings(
     """Tell what cross streets have to know."""
     site = ground.site
     lines = [piece.line for piece in pieces]
+    kept = [street.line for street in site.inner_streets]
     edge = site.polygon.boundary if spec.sink_mode == "boundary" else site.street_frontage
     streets = [*lines, *(joint.line for joint in joints), existing_lines(site), edge]
     ends = np.array([xy for line in lines for xy in (line.coords[0], line.coords[-1])])
     return Surroundings(
         shapely.union_all(np.array(streets, dtype=object)),
         np.unique(ends.reshape(-1, 2), axis=0),
-        [point for point in arrivals if not goes_on(point, lines)],
+        [point for point in arrivals if not goes_on(point, [*lines, *kept])],
         shapely.union(site.obstacle_union, ground.forbidden),
     )
 

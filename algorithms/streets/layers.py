@@ -16,7 +16,7 @@ from shapely.geometry import LineString, Point
 from ..site.types import BoundaryStreet
 from .adopt import existing_lines
 from .joints import TIP, split_at
-from .site_plan import SitePlan, StreetPlan, goes_on
+from .site_plan import SitePlan, StreetPlan
 
 #: Speeds by level, km/h: 40, 30, 20 and 20 miles per hour (CND section 5.1).
 SPEED = {1: 64.0, 2: 48.0, 3: 32.0, 4: 32.0}
@@ -259,18 +259,15 @@ def _problems(plan: SitePlan) -> Iterable[Row]:
                 "moved to the nearest corner of a block; draw a mesh to have it exactly here",
                 "info",
             )
-    lines = [segment.line for segment in plan.segments]
-    for point in plan.arrivals:
-        if not goes_on(point, lines):
-            here = Point(point.xy)
-            name = point.name or "without a name"
-            yield _problem(
-                plan,
-                here,
-                f"The existing street {name} that arrives here is not continued.",
-                "left so: it would cost more than it is worth; raise the weight of continuing",
-                "info",
-            )
+    for point in plan.not_continued:
+        yield _problem(
+            plan,
+            Point(point.xy),
+            f"The existing street {point.name or 'without a name'} that arrives here is not "
+            "continued.",
+            "left so: it would cost more than it is worth; raise the weight of continuing",
+            "info",
+        )
 
 
 def _problem(

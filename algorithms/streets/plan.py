@@ -16,7 +16,7 @@ from ..progress import Deadline, Progress, Share, Silent
 from ..site.types import AccessPoint, Site
 from .adopt import adopt_streets
 from .drawing import draw_plan
-from .fitting import GOOD_ENOUGH, mesh_choices, plan_misfit, same_mesh
+from .fitting import GOOD_ENOUGH, edge_length, mesh_choices, plan_misfit, same_mesh
 from .levels import LevelledNetwork, design_levels
 from .make_way import make_way
 from .site_plan import SitePlan, StreetPlan
@@ -28,6 +28,8 @@ ARRIVAL_SPACING = 0.5
 #: A site of more than this many blocks is not left without any street; what an end that is blind
 #: then costs (mesh edge lengths).
 LARGE, CUL_DE_SAC_PRICE = 3.0, 1.0
+#: Largest site, in squares of the edge length of its mesh.
+MOST_CELLS = 1500.0
 #: Where roads run along less than this share of the edge, the planner is told.
 FEW_ROADS = 0.4
 #: A vertex of a drawn mesh this near to an arriving street meets it (metres).
@@ -154,7 +156,21 @@ class _Run:
             )
         if self.progress.cancelled():
             raise CancelledError("Cancelled before the first design.")
+        _check_size(site, spec)
         return plan_site(site, spec, own, given, seconds, progress)
+
+
+def _check_size(site: Site, spec: Specification) -> None:
+    """Refuse what would take hours: a whole municipality is no neighbourhood."""
+    most = MOST_CELLS * edge_length(spec) ** 2
+    if site.polygon.area > most:
+        raise InputError(
+            f"The site covers {site.area_ha:.0f} ha; streets are designed for up to "
+            f"{most / 1e4:.0f} ha at once.",
+            "See whether the right polygon is chosen, split it, or ask for larger blocks.",
+            layer=site.name,
+            feature=site.feature,
+        )
 
 
 def plan_site(
@@ -223,7 +239,8 @@ def _best_plan(
         part = Share(progress, i / len(choices), (i + 1) / len(choices))
         left = max(1.0, deadline.left / (len(choices) - i))
         try:
-            part.stage(f"{site.name}: candidate mesh", 0.05)
+            which = f" {i + 1} of at most {len(choices)}" if len(choices) > 1 else ""
+            part.stage(f"{site.name}: candidate mesh{which}", 0.05)
             one = make()
             if any(same_mesh(one, other) for other in tried):
                 continue

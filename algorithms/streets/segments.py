@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-import scipy.sparse as sparse
-import shapely
-from scipy.sparse.csgraph import dijkstra
 from shapely.geometry import LineString
 
+from .distances import node_distances
+from .joints import Connector
 from .pieces import Piece
 from .survey import Ground
 
@@ -77,12 +74,14 @@ class Segment:
 
 
 def segments(
-    ground: Ground, pieces: Sequence[Piece], exits: frozenset[int] = frozenset()
+    ground: Ground,
+    pieces: Sequence[Piece],
+    connectors: Sequence[Connector] = (),
+    exits: frozenset[int] = frozenset(),
 ) -> list[Segment]:
     """Measure how far it is from every street to the sinks.
 
-    Distances are measured along the final courses, and along the boundary where existing
-    streets run there.
+    Distances are measured along the final courses, and along existing streets.
 
     Parameters
     ----------
@@ -90,10 +89,12 @@ def segments(
         The site and its mesh.
     pieces
         The streets.
+    connectors
+        What carries them on to the centre lines of existing ones.
     exits
         Junctions besides those of the mesh where traffic leaves.
     """
-    distance = _node_distances(ground, pieces, exits)
+    distance = node_distances(ground, pieces, connectors, exits)
     return [
         Segment(p.line, p.level, p.start, p.end, distance[p.start], distance[p.end])
         for p in _culs_de_sac(ground, pieces)
@@ -114,54 +115,3 @@ def _culs_de_sac(ground: Ground, pieces: Sequence[Piece]) -> list[Piece]:
         dataclasses.replace(p, level=CUL_DE_SAC) if blind(p.start) or blind(p.end) else p
         for p in pieces
     ]
-
-
-def _node_distances(
-    ground: Ground, pieces: Sequence[Piece], exits: frozenset[int]
-) -> dict[int, float]:
-    """Network distance of every node to its nearest sink, metres; infinite if there is none."""
-    mesh = ground.mesh
-    kept = np.flatnonzero(ground.street)
-    ways = [(p.start, p.end, float(p.line.length)) for p in pieces]
-    ways += [(int(u), int(v), float(mesh.lengths[e])) for e, (u, v) in zip(kept, mesh.edges[kept])]
-    if not ways:
-        return {}
-    everywhere = bool(ground.sinks[mesh.edges[kept]].all()) and len(kept) > 0
-    if not everywhere:
-        ways += _along_the_edge(ground, pieces)
-    nodes = sorted({v for way in ways for v in way[:2]})
-    place = {v: i for i, v in enumerate(nodes)}
-    # parallel pieces between two nodes: the shorter one counts
-    shortest: dict[tuple[int, int], float] = {}
-    for u, v, length in ways:
-        pair = (place[min(u, v)], place[max(u, v)])
-        shortest[pair] = min(length, shortest.get(pair, math.inf))
-    rows, columns = np.array(list(shortest)).T
-    graph = sparse.coo_matrix((list(shortest.values()), (rows, columns)), shape=(len(nodes),) * 2)
-    count = len(mesh.vertices)
-    sinks = [
-        place[v]
-        for v in nodes
-        if v in exits or (v < 0 and everywhere) or (0 <= v < count and ground.sinks[v])
-    ]
-    if not sinks:
-        return dict.fromkeys(nodes, math.inf)
-    found = dijkstra(graph.tocsr(), directed=False, indices=sinks, min_only=True)
-    return {v: float(found[i]) for v, i in place.items()}
-
-
-def _along_the_edge(ground: Ground, pieces: Sequence[Piece]) -> list[tuple[int, int, float]]:
-    """Ways from junctions with existing streets to the next vertices of the mesh on them."""
-    kept = np.flatnonzero(ground.street)
-    if not len(kept):
-        return []
-    mesh = ground.mesh
-    lines = np.array([LineString(mesh.edge_line(int(e))) for e in kept], dtype=object)
-    found = []
-    for piece in pieces:
-        for v, xy in ((piece.start, piece.line.coords[0]), (piece.end, piece.line.coords[-1])):
-            if v < 0:
-                nearest = kept[int(shapely.distance(lines, shapely.Point(xy)).argmin())]
-                for w in mesh.edges[nearest].tolist():
-                    found.append((v, int(w), math.dist(xy, mesh.vertices[w])))
-    return found

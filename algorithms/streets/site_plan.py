@@ -67,8 +67,14 @@ class SitePlan:
     @property
     def continued(self) -> int:
         """How many arriving streets go on into the site."""
+        return len(self.arrivals) - len(self.not_continued)
+
+    @property
+    def not_continued(self) -> list[AccessPoint]:
+        """Arriving streets that neither a new street nor a kept one inside carries on."""
         lines = [segment.line for segment in self.segments]
-        return sum(goes_on(point, lines) for point in self.arrivals)
+        lines += [street.line for street in self.site.inner_streets]
+        return [point for point in self.arrivals if not goes_on(point, lines)]
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from ...algorithms.errors import CancelledError
@@ -15,12 +15,12 @@ def check_design(
     around: dict[str, Any],
     plan: Any,
     given: Mapping[str, Any],
-    wishes: Callable[[Any], Any],
     progress: FeedbackProgress,
 ) -> Any:
     """Return what the checker says of a design, or None where the planner would not wait.
 
-    It is told what the planner gave, never what the design made of it.
+    It is told what the planner gave, never what the design made of it; exits are where the mesh
+    has them.
 
     Parameters
     ----------
@@ -30,8 +30,6 @@ def check_design(
         The `StreetPlan`.
     given
         The layers SINKS, REQUIRED and FORBIDDEN of the planner, None where not given.
-    wishes
-        Gives the wishes about a site in its working CRS.
     progress
         Asked for cancellation.
     """
@@ -48,7 +46,7 @@ def check_design(
             obstacles=around["site_obstacles"],
             boundary_streets=_edge_streets(around, asked.sink_mode),
             snap_distance=plan.plans[0].site.snap_distance,
-            sinks=_exits(plan, wishes),
+            sinks=_exits(plan),
             required=given["REQUIRED"],
             forbidden=given["FORBIDDEN"],
             coverage_m=_coverage(plan, scale),
@@ -99,30 +97,18 @@ def _coverage(plan: Any, scale: float) -> float | None:
     return float(reach + math.sqrt(0.5) * longest)
 
 
-def _exits(plan: Any, wishes: Callable[[Any], Any]) -> Any:
-    """Return the places where the planner lets traffic leave; None where that is a whole edge.
-
-    Streets run along the mesh: each exit is moved to the vertex nearest to it.
-    """
+def _exits(plan: Any) -> Any:
+    """Return the places where the planner lets traffic leave; None where that is a whole edge."""
     import geopandas
-    import numpy as np
     import pandas
 
-    mode = plan.specification.sink_mode
-    if mode not in ("access", "points"):
+    from ...algorithms.streets import sink_places
+
+    if plan.specification.sink_mode not in ("access", "points"):
         return None
-    sites = [own.site for own in plan.plans]
     parts = []
     for own in plan.plans:
-        site, mesh = own.site, own.network.ground.mesh
-        vertices = mesh.vertices
-        if mode == "access":
-            vertices = vertices[mesh.boundary_vertices]
-            exits = [point.xy for point in site.access_points]
-        else:
-            exits = wishes(site).of_site(site, sites).sinks
-        places = [vertices[np.hypot(*(vertices - xy).T).argmin()] for xy in exits]
-        x, y = np.array(places, dtype=float).reshape(-1, 2).T
-        places = geopandas.GeoSeries.from_xy(x, y, crs=site.crs)
-        parts.append(geopandas.GeoDataFrame(geometry=places.to_crs(site.source_crs)))
+        x, y = sink_places(own.network.ground).T
+        places = geopandas.GeoSeries.from_xy(x, y, crs=own.site.crs)
+        parts.append(geopandas.GeoDataFrame(geometry=places.to_crs(own.site.source_crs)))
     return pandas.concat(parts, ignore_index=True)

@@ -169,7 +169,7 @@ class DesignStreets(Tool):
         found = plan_layers(plan)
         progress.stage("Checking the streets", 0.98)
         around = site_layers(prepared)
-        report = check_design(found, around, plan, given, wishes, progress.part(0.98, 1.0))
+        report = check_design(found, around, plan, given, progress.part(0.98, 1.0))
         broken = [] if report is None else [describe(report.problems, "Streets")]
         found["problems"] = _joined(prepared.problems, found["problems"], *broken)
         return Result(

@@ -114,6 +114,12 @@ def prepared_sites(request: Request, progress: FeedbackProgress, key: str = "INP
         for name in ("ROADS", "OBSTACLES", "ACCESS_POINTS")
         if request.declares(name)
     }
+    if request.declares("ROADS") and request.has("ROADS") and given["ROADS"] is None:
+        progress.warn(
+            f"{request.name('ROADS')}: the layer of roads is empty, so the whole outer edge of "
+            "each site counts as a street. See whether it is the right layer, and whether its "
+            "source has data here."
+        )
     options: dict[str, Any] = {}
     if request.declares("SNAP_DISTANCE"):
         options["snap_distance"] = request.number("SNAP_DISTANCE")
@@ -156,7 +162,8 @@ def _tell_left_out(roads: Any, sites: Any, progress: FeedbackProgress) -> None:
     import numpy as np
     import shapely
 
-    length = 0.0
+    length = major = 0.0
+    main = _main_roads(roads)
     for site in sites:
         known = [street.line for street in (*site.boundary_streets, *site.inner_streets)]
         around = site.polygon.buffer(-ALONG_EDGE)
@@ -164,11 +171,31 @@ def _tell_left_out(roads: Any, sites: Any, progress: FeedbackProgress) -> None:
         lines = roads.geometry.dropna().to_crs(site.crs)
         lines = lines[np.isfinite(lines.bounds).all(axis=1)]
         lines = lines[shapely.intersects(lines.to_numpy(), around)]
+        of_main = lines.index.isin(main)
         own = shapely.union_all(known).buffer(ALONG_EDGE) if known else shapely.Polygon()
         cut = shapely.intersection(shapely.force_2d(lines.to_numpy()), around)
-        length += float(shapely.length(shapely.difference(cut, own)).sum())
+        left_out = shapely.length(shapely.difference(cut, own))
+        length += float(left_out.sum())
+        major += float(left_out[of_main].sum())
     if length >= WORTH_TELLING:
         progress.info(
-            f"{length:.0f} m of the existing roads run inside the site and are left out. To keep "
+            f"Existing roads run inside the site over {length:.0f} m and are left out. To keep "
             "them as streets choose 'keep' for 'Roads inside the site'."
         )
+    if major >= WORTH_TELLING:
+        progress.warn(
+            f"Main roads run inside the site over {major:.0f} m and are left out as well. They "
+            "will hardly be given up: choose 'keep' for 'Roads inside the site'."
+        )
+
+
+def _main_roads(roads: Any) -> Any:
+    """Index of the roads that are collectors or more by their class, where it is known."""
+    from ...algorithms.streets.layers import CLASS_LEVEL
+
+    by_lower = {str(column).lower(): column for column in roads.columns}
+    for name in ("highway", "kind", "class", "fclass"):
+        if name in by_lower:
+            kinds = roads[by_lower[name]].astype(str).str.lower().str.removesuffix("_link")
+            return roads.index[kinds.isin(list(CLASS_LEVEL))]
+    return roads.index[:0]

@@ -17,7 +17,7 @@ from platwright.network.specification import FORBID, Specification
 from platwright.network.validation import check_design
 from platwright.progress import Silent
 from platwright.site import AccessPoint, BoundaryStreet
-from platwright.streets import Wishes, design_streets, plan_layers, survey
+from platwright.streets import Wishes, design_streets, plan_layers, sink_places, survey
 from platwright.streets.program import along_walls
 from shapely.geometry import LineString
 
@@ -394,3 +394,50 @@ def test_few_roads_along_the_edge_are_remarked(field, square):
     quiet = Warnings()
     design_streets([field], Specification(sink_mode="boundary"), progress=quiet)
     assert quiet.texts == []
+
+
+@pytest.mark.parametrize("inset", [0.0, 12.0])
+def test_distances_to_access_points_agree_with_the_check(inset):
+    polygon = shapely.box(0, 0, 430, 290).difference(shapely.box(300, 200, 500, 500))
+    ring = LineString(polygon.buffer(inset, join_style="mitre").exterior) if inset else None
+    ring = ring or LineString(polygon.exterior)
+    points = tuple(
+        AccessPoint(xy, (xy[0] - way[0] * inset, xy[1] - way[1] * inset), way, f"Lane {i}")
+        for i, (xy, way) in enumerate(
+            [((0.0, 140.0), (1.0, 0.0)), ((215.0, 0.0), (0.0, 1.0)), ((333.0, 200.0), (0.0, -1.0))]
+        )
+    )
+    site = make_site(polygon, access=points, streets=(BoundaryStreet(ring, "Ring"),))
+    design = design_streets([site], Specification(sink_mode="access"))
+    places = sink_places(design.plans[0].network.ground)
+    report = validate_network(
+        plan_layers(design)["streets"],
+        site=gpd.GeoDataFrame(geometry=[polygon], crs=UTM),
+        boundary_streets=gpd.GeoDataFrame(geometry=[ring], crs=UTM),
+        sinks=gpd.GeoDataFrame(geometry=gpd.points_from_xy(*places.T), crs=UTM),
+    )
+    wrong = report.problems[report.problems["severity"] == "error"]
+    assert wrong["text"].tolist() == []
+    assert any(s.dist_start > 50 for s in design.plans[0].segments)
+
+
+def test_a_whole_municipality_is_refused_at_once():
+    site = make_site(shapely.box(0, 0, 4200, 4200))  # 1764 ha
+    with pytest.raises(InputError, match="1764 ha"):
+        design_streets([site], Specification())
+
+
+def test_a_kept_street_inside_carries_an_arriving_one_on():
+    lane = LineString([(144, -60), (144, 0)])
+    inner = BoundaryStreet(LineString([(144, 0), (144, 288)]), "Mill Lane")
+    point = AccessPoint((144.0, 0.0), (144.0, 0.0), (0.0, 1.0), "Mill Lane")
+    site = make_site(
+        shapely.box(0, 0, 288, 288),
+        access=(point,),
+        streets=(BoundaryStreet(lane, "Mill Lane"),),
+        inner=(inner,),
+    )
+    design = design_streets([site], Specification())
+    assert design.plans[0].not_continued == []
+    problems = plan_layers(design)["problems"]
+    assert not any("not continued" in text for text in problems["problem"])
