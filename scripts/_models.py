@@ -127,9 +127,14 @@ def place_to_design() -> Draft:
     )
     _ask_for_place(draft)
     _ask_for_design(draft, advanced_snap=True)
+    # a model does not fill in its defaults on the command line, and without a rank all
+    # candidates would be joined to one site
     draft.step(
         "place", "platwright:osmboundary", "Place",
-        {"PLACE": asked("PLACE"), "RANK": asked("RANK"), "SOURCE_FILE": asked("SOURCE_FILE")},
+        {
+            "PLACE": asked("PLACE"), "RANK": expression("coalesce(@RANK, 1)"),
+            "SOURCE_FILE": asked("SOURCE_FILE"),
+        },
     )  # fmt: skip
     draft.step(
         "metres", REPROJECT, "In metres",

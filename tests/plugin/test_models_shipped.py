@@ -243,6 +243,21 @@ def test_a_place_without_a_network(qgis_process, root, tmp_path, package):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("rank", "hectares"), [(None, 6.6), (2, 0.43)])
+def test_one_of_several_candidates_is_the_site(qgis_process, root, tmp_path, rank, hectares):
+    given = {
+        "PLACE": "Portier", "SOURCE_FILE": root / "data" / "osm" / "monaco.osm.pbf",
+        "SINK_MODE": "whole boundary", "TIME_LIMIT": 2, "BLOCK_WIDTH": 50, "BLOCK_LENGTH": 60,
+        "design:STREETS": tmp_path / "streets.gpkg", "site:SITE": tmp_path / "site.gpkg",
+    }  # fmt: skip
+    if rank is not None:
+        given["RANK"] = rank
+    qgis_process(*arguments("placetodesign", **given), timeout=200)
+    (site,) = binary.rows(tmp_path / "site.gpkg")
+    assert site["area_ha"] == pytest.approx(hectares, rel=0.02)
+
+
+@pytest.mark.slow
 def test_a_place_from_a_server(qgis_process, tmp_path):
     pytest.importorskip("requests")
     pytest.importorskip("osmium")
