@@ -56,6 +56,9 @@ def relaxations(problem: NetworkProblem) -> dict[str, NetworkProblem]:
             dataclasses.replace(c, penalty=SOFT) if c.kind == kind else c for c in problem.clauses
         ]
         found[kind or "clauses"] = dataclasses.replace(problem, clauses=clauses)
+    for kind in sorted({r.kind for r in problem.requirements if r.hard}):
+        rest = [r for r in problem.requirements if r.kind != kind]
+        found[kind] = dataclasses.replace(problem, requirements=tuple(rest))
     for kind in sorted({p.kind for p in problem.patterns if math.isinf(p.weight)}):
         patterns = [
             dataclasses.replace(p, weight=SOFT) if p.kind == kind else p for p in problem.patterns

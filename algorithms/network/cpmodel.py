@@ -45,6 +45,7 @@ def cost_grain(index: Structure) -> int:
     """Return a number of which every objective is a whole multiple of 1 / it, or 0."""
     problem = index.problem
     costs = [index.cost[e] for e in index.edges] + [term.weight for term in index.terms]
+    costs += [requirement.penalty for requirement in problem.requirements]
     costs += [problem.cover_penalty, index.fixed]
     if index.with_distance:
         used = problem.candidate | problem.existing
@@ -245,6 +246,12 @@ class CpNetwork:
             kept = [(literal, w) for literal, w in parts if not isinstance(literal, bool)]
             total = self.expression.weighted_sum([a for a, _ in kept], [w for _, w in kept])
             self.model.add(total >= cut.rhs - known)
+
+    def add_requirements(self) -> None:
+        """Add what is asked of the network as a whole."""
+        for requirement in self.index.problem.requirements:
+            self.check()
+            requirement.add_to_cp(self)
 
     def _all_of(self, edges: Sequence[int]) -> Literal:
         """Return a literal that holds only if all edges are chosen."""

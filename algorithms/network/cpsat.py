@@ -214,6 +214,7 @@ def full_network(
     network.add_terms(index.terms)
     network.add_cover(index.cover)
     network.add_cuts(ball_cuts(index, check) if cuts is None else cuts)
+    network.add_requirements()
     if index.with_distance and not ranks:
         add_distances(network, distance_limit)
     else:

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from .problem import BoolArray, FloatArray, IntArray, NetworkProblem
+from .requirements.base import View
 from .structure import sink_distance, structure
 
 
@@ -141,6 +142,13 @@ class Evaluator:
         if uncovered:
             counts["uncovered"] = len(uncovered)
             penalties["uncovered"] = problem.cover_penalty * len(uncovered)
+        view = View(problem, active)
+        for requirement in problem.requirements:
+            count = requirement.violations(view)
+            if count:
+                counts[requirement.kind] = counts.get(requirement.kind, 0) + count
+                cost = requirement.penalty * count
+                penalties[requirement.kind] = penalties.get(requirement.kind, 0.0) + cost
         islands = int(lost.sum())
         missing = int((problem.required & ~active).sum())
         barred = int((active & ~problem.candidate).sum())

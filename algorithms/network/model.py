@@ -94,6 +94,8 @@ def flow_model(
     implied = {"dead end", "branch"}
     add_terms(model, (t for t in index.terms if not (t.hard and t.kind in implied)))
     add_cover(model)
+    for requirement in index.problem.requirements:
+        requirement.add_to_mip(model)
     for e, value in (fixed or {}).items():
         linear.row([(model.edge[e], 1.0)], low=float(value), high=float(value))
     if cuts:

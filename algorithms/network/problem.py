@@ -11,11 +11,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from ..mesh.quadmesh import QuadMesh
+
+if TYPE_CHECKING:
+    from .requirements.base import Requirement
 
 BoolArray = npt.NDArray[np.bool_]
 FloatArray = npt.NDArray[np.float64]
@@ -88,6 +92,8 @@ class NetworkProblem:
         T-junction = vertex of valence 4 with exactly three active edges.
     patterns, clauses
         Further rules, see `Pattern` and `Clause`.
+    requirements
+        What is asked of the network as a whole, see `requirements.base.Requirement`.
     """
 
     mesh: QuadMesh
@@ -109,6 +115,7 @@ class NetworkProblem:
     t_junctions: float = 0.0
     patterns: Sequence[Pattern] = ()
     clauses: Sequence[Clause] = ()
+    requirements: Sequence[Requirement] = ()
 
 
 @dataclass(frozen=True, eq=False)

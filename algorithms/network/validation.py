@@ -7,74 +7,12 @@ the mesh's faces, with plain sets and networkx.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import networkx as nx
 
 from .problem import BoolArray, NetworkProblem
-
-
-@dataclass(frozen=True)
-class Violation:
-    """One place where a design breaks a rule.
-
-    Attributes
-    ----------
-    kind
-        "island", "uncovered", "dead end", "branch", "zigzag", "too close", "T-junction",
-        "required", "barred", or the kind of a clause or pattern.
-    text
-        What is wrong, for a planner.
-    edges, vertices
-        Mesh edges and vertices concerned.
-    hard
-        Whether the rule was to hold under all circumstances.
-    """
-
-    kind: str
-    text: str
-    edges: tuple[int, ...] = ()
-    vertices: tuple[int, ...] = ()
-    hard: bool = True
-
-
-@dataclass(frozen=True, eq=False)
-class _Facts:
-    """A design as sets."""
-
-    ends: dict[int, tuple[int, int]]
-    number: dict[frozenset[int], int]
-    chosen: set[int]
-    existing: set[int]
-    sinks: set[int]
-    quads: list[list[int]]
-
-    @property
-    def on(self) -> set[int]:
-        return self.chosen | self.existing
-
-    @property
-    def old(self) -> set[int]:
-        """Vertices on existing streets."""
-        return {v for e in self.existing for v in self.ends[e]}
-
-    @property
-    def lively(self) -> set[int]:
-        """Vertices of chosen streets."""
-        return {v for e in self.chosen for v in self.ends[e]}
-
-
-def _facts(problem: NetworkProblem, active: BoolArray) -> _Facts:
-    """Turn arrays into sets."""
-    ends = {i: (int(a), int(b)) for i, (a, b) in enumerate(problem.mesh.edges)}
-    return _Facts(
-        ends=ends,
-        number={frozenset(pair): i for i, pair in ends.items()},
-        chosen={i for i, on in enumerate(active) if on},
-        existing={i for i, on in enumerate(problem.existing) if on},
-        sinks={v for v, on in enumerate(problem.sinks) if on},
-        quads=problem.mesh.faces.tolist(),
-    )
+from .validation_facts import Facts, Violation, facts_of
+from .validation_requirements import check_one, check_requirements
 
 
 def check_design(problem: NetworkProblem, active: BoolArray) -> list[Violation]:
@@ -92,15 +30,16 @@ def check_design(problem: NetworkProblem, active: BoolArray) -> list[Violation]:
     list of Violation
         Rules with weight 0 are not checked. A design is valid if no violation is `hard`.
     """
-    facts = _facts(problem, active)
+    facts = facts_of(problem, active)
     found = _check_edges(problem, facts) + _check_islands(facts) + _check_cover(problem, facts)
     found += _check_vertices(problem, facts) + _check_quads(problem, facts)
-    return found + _check_wishes(problem, facts)
+    found += _check_wishes(problem, facts)
+    return found + check_requirements(problem, facts)
 
 
 def design_distances(problem: NetworkProblem, active: BoolArray) -> dict[int, float]:
     """Return the shortest network distance to a sink of every vertex that has one."""
-    facts = _facts(problem, active)
+    facts = facts_of(problem, active)
     streets = nx.Graph()
     streets.add_nodes_from(facts.sinks)
     for e in facts.on:
@@ -113,7 +52,7 @@ def design_distances(problem: NetworkProblem, active: BoolArray) -> dict[int, fl
 
 def design_cost(problem: NetworkProblem, active: BoolArray) -> float:
     """Return the objective of a design from first principles; infinite if it is not valid."""
-    facts = _facts(problem, active)
+    facts = facts_of(problem, active)
     violations = check_design(problem, active)
     if any(v.hard for v in violations):
         return math.inf
@@ -136,6 +75,8 @@ def design_cost(problem: NetworkProblem, active: BoolArray) -> float:
     for clause in problem.clauses:
         if not facts.on.intersection(clause.edges):
             cost += clause.penalty
+    for requirement in problem.requirements:
+        cost += math.fsum(requirement.penalty for _ in check_one(requirement, problem, facts))
     if problem.weight_distance:
         far = design_distances(problem, active)
         counted = facts.lively - facts.sinks - facts.old
@@ -143,7 +84,7 @@ def design_cost(problem: NetworkProblem, active: BoolArray) -> float:
     return float(cost)
 
 
-def _check_edges(problem: NetworkProblem, facts: _Facts) -> list[Violation]:
+def _check_edges(problem: NetworkProblem, facts: Facts) -> list[Violation]:
     """Check that chosen edges may be chosen and required ones are."""
     found = []
     for e in sorted(facts.chosen):
@@ -157,7 +98,7 @@ def _check_edges(problem: NetworkProblem, facts: _Facts) -> list[Violation]:
     return found
 
 
-def _check_islands(facts: _Facts) -> list[Violation]:
+def _check_islands(facts: Facts) -> list[Violation]:
     """Check that all chosen streets reach a sink (CND C1)."""
     streets = nx.Graph()
     streets.add_edges_from(facts.ends[e] for e in facts.on)
@@ -172,7 +113,7 @@ def _check_islands(facts: _Facts) -> list[Violation]:
     return found
 
 
-def _check_cover(problem: NetworkProblem, facts: _Facts) -> list[Violation]:
+def _check_cover(problem: NetworkProblem, facts: Facts) -> list[Violation]:
     """Check coverage (CND C2)."""
     if problem.cover_penalty == 0:
         return []
@@ -185,7 +126,7 @@ def _check_cover(problem: NetworkProblem, facts: _Facts) -> list[Violation]:
     ]
 
 
-def _check_vertices(problem: NetworkProblem, facts: _Facts) -> list[Violation]:
+def _check_vertices(problem: NetworkProblem, facts: Facts) -> list[Violation]:
     """Check dead ends, branches and T-junctions (CND L2 i, ii, iv)."""
     valence: dict[int, int] = {}
     at: dict[int, list[int]] = {}
@@ -215,7 +156,7 @@ def _check_vertices(problem: NetworkProblem, facts: _Facts) -> list[Violation]:
     return found
 
 
-def _check_quads(problem: NetworkProblem, facts: _Facts) -> list[Violation]:
+def _check_quads(problem: NetworkProblem, facts: Facts) -> list[Violation]:
     """Check zigzags and streets too close to each other (CND L2 iii)."""
     sides = [
         [facts.number[frozenset((quad[k], quad[(k + 1) % 4]))] for k in range(4)]
@@ -236,7 +177,7 @@ def _check_quads(problem: NetworkProblem, facts: _Facts) -> list[Violation]:
     return found
 
 
-def _zigzags(facts: _Facts, sides: list[list[int]]) -> set[tuple[int, int, int]]:
+def _zigzags(facts: Facts, sides: list[list[int]]) -> set[tuple[int, int, int]]:
     """Find middle edges that turn into one face at one end and the other face at the other."""
     beside: dict[int, list[int]] = {}
     for f, edges in enumerate(sides):
@@ -257,7 +198,7 @@ def _zigzags(facts: _Facts, sides: list[list[int]]) -> set[tuple[int, int, int]]
     return found
 
 
-def _check_wishes(problem: NetworkProblem, facts: _Facts) -> list[Violation]:
+def _check_wishes(problem: NetworkProblem, facts: Facts) -> list[Violation]:
     """Check clauses and patterns."""
     found = []
     for clause in problem.clauses:

@@ -85,6 +85,7 @@ class Windows:
         network.add_terms(self._touching(self._terms, free, index.terms))
         network.add_cover(self._touching(self._cover, network.vertices, index.cover))
         network.add_cuts(self._touching(self._cuts, free, self.cuts))
+        network.add_requirements()
         return network
 
     @staticmethod
