@@ -7,7 +7,6 @@ length, and the continuation of existing streets. See docs/method.md.
 
 from __future__ import annotations
 
-import heapq
 import math
 from collections.abc import Iterable, Mapping
 
@@ -277,64 +276,6 @@ def continuations(
         if cosine[i] > math.cos(math.radians(CONTINUE_LIMIT)):
             clauses.append(Clause((inner[i],), penalty, "continue street"))
     return clauses
-
-
-def coverage_balls(
-    mesh: QuadMesh,
-    required: Iterable[int],
-    covered: BoolArray,
-    *,
-    edges: int | None = None,
-    metres: float | None = None,
-) -> dict[int, tuple[int, ...]]:
-    """List for every vertex that needs cover the vertices that give it (CND section 4.2).
-
-    Parameters
-    ----------
-    mesh
-        The candidate mesh.
-    required
-        Vertices that need cover.
-    covered
-        Shape (n,). Vertices that are active already; balls that hold one are left out.
-    edges, metres
-        Range along mesh edges; exactly one of the two.
-    """
-    found = {}
-    for v in required:
-        ball = _ball(mesh, v, edges) if edges is not None else _metric_ball(mesh, v, metres or 0.0)
-        if not covered[ball].any():
-            found[int(v)] = tuple(ball)
-    return found
-
-
-def _ball(mesh: QuadMesh, centre: int, radius: int) -> list[int]:
-    """Vertices within a number of edges of a vertex, sorted."""
-    seen = {centre}
-    ring = {centre}
-    for _ in range(radius):
-        ring = {
-            int(u) for v in ring for u in mesh.edges[mesh.vertex_edges[v]].ravel().tolist()
-        } - seen
-        seen |= ring
-    return sorted(seen)
-
-
-def _metric_ball(mesh: QuadMesh, centre: int, radius: float) -> list[int]:
-    """Vertices within a distance along mesh edges of a vertex, sorted."""
-    best = {centre: 0.0}
-    heap = [(0.0, centre)]
-    while heap:
-        distance, v = heapq.heappop(heap)
-        if distance > best[v]:
-            continue
-        for e in mesh.vertex_edges[v].tolist():
-            u = int(mesh.edges[e].sum()) - v
-            onward = distance + float(mesh.lengths[e])
-            if onward <= radius and onward < best.get(u, math.inf):
-                best[u] = onward
-                heapq.heappush(heap, (onward, u))
-    return sorted(best)
 
 
 def _directions_from(mesh: QuadMesh, vertex: int, edges: IntArray) -> FloatArray:

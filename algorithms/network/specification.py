@@ -18,7 +18,9 @@ ALLOW = 0.0
 
 SinkMode = Literal["streets", "boundary", "access", "points"]
 RuleSet = Literal["planner", "paper"]
-CoverageUnit = Literal["edges", "metres"]
+CoverageUnit = Literal["edges", "metres", "straight"]
+Traffic = Literal["out", "within", "through"]
+OneWay = Literal["none", "local", "all"]
 
 
 @dataclass(frozen=True)
@@ -38,8 +40,8 @@ class Specification:
     edge_length
         Edge length of the candidate mesh in metres.
     coverage, coverage_unit
-        Every mesh vertex lies within this range of a street (CND section 4.2), in mesh edges
-        or in metres along the mesh.
+        Every mesh vertex lies within this range of a street (CND section 4.2), in mesh edges,
+        in metres along the mesh, or in metres as the crow flies ("straight").
     weight_length
         Cost of street length (CND lambda_L), per mesh edge length.
     weight_distance
@@ -53,6 +55,32 @@ class Specification:
     sink_mode
         Where traffic leaves: "streets" (the boundary along existing streets), "boundary" (all
         of it), "access" (where existing streets arrive), "points" (given points).
+    traffic
+        What the streets are for (CND section 3 iii): ways "out" of the site, ways "within" it
+        (point-to-point links between patches), or ways "through" it (routes without branches
+        between places on its edge).
+    patch_size
+        Side of the patches between which ways within the site are short, metres; None for three
+        block lengths.
+    detour
+        By how much a link between patches, or a through route, may be longer than the shortest
+        possible way, in mesh edges (CND section 4.2: 2).
+    links
+        Cost of each link or route that is missing.
+    exits
+        Greatest number of places where streets may leave, wherever they are; None for any.
+    length_budget
+        Greatest length of all new streets, metres; None for any.
+    max_distance
+        Longest way out from any junction, metres along streets; None for any.
+    junction_spacing
+        Least way between two junctions, metres along a street; None for any.
+    one_way
+        Which new streets are one-way: "none", "local" ones, or "all". Every junction still has a
+        way out and a way in, for which no street may be the only one to a place.
+    slope_weight
+        How much dearer streets get on slopes, where heights are given: the length is multiplied
+        by 1 + slope_weight * (grade / 6 %)².
     levels
         1 for one network, 2 for collectors and then local streets.
     time_limit
@@ -81,6 +109,16 @@ class Specification:
     t_junctions: float = ALLOW
     branches: float = ALLOW
     sink_mode: SinkMode = "streets"
+    traffic: Traffic = "out"
+    patch_size: float | None = None
+    detour: float = 2.0
+    links: float = FORBID
+    exits: int | None = None
+    length_budget: float | None = None
+    max_distance: float | None = None
+    junction_spacing: float | None = None
+    one_way: OneWay = "none"
+    slope_weight: float = 1.0
     levels: int = 2
     time_limit: float = 30.0
     gap: float = 0.01
@@ -94,6 +132,12 @@ class Specification:
                 raise InputError(f"{name} must be greater than 0.", "Give a positive number.")
         if self.edge_length is not None and not 0 < self.edge_length < math.inf:
             raise InputError("edge_length must be greater than 0.", "Give a length in metres.")
+        for name in ("patch_size", "length_budget", "max_distance", "junction_spacing"):
+            value = getattr(self, name)
+            if value is not None and not 0 < value < math.inf:
+                raise InputError(f"{name} must be greater than 0.", "Give metres, or nothing.")
+        if self.exits is not None and not _whole(self.exits):
+            raise InputError("exits must be 1 or more.", "Give a whole number, or nothing.")
         if self.block_length < self.block_width:
             raise InputError(
                 f"Block length ({self.block_length:g} m) is less than block width "
@@ -111,6 +155,9 @@ class Specification:
             "too_close",
             "t_junctions",
             "branches",
+            "detour",
+            "links",
+            "slope_weight",
             "gap",
         ):
             value = getattr(self, name)

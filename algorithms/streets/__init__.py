@@ -4,15 +4,18 @@ from .distances import sink_places
 from .fitting import edge_length, site_mesh
 from .layers import plan_layers
 from .plan import design_streets, plan_site
+from .preferences import Preferences, Zone
 from .site_plan import SitePlan, StreetPlan
 from .survey import Ground, arriving_streets, survey
 from .wishes import Wishes
 
 __all__ = [
     "Ground",
+    "Preferences",
     "SitePlan",
     "StreetPlan",
     "Wishes",
+    "Zone",
     "arriving_streets",
     "design_streets",
     "edge_length",

@@ -12,12 +12,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..network import rules
+from ..network.coverage import Range, coverage_balls
 from ..network.problem import BoolArray, Clause, FloatArray, NetworkProblem, Pattern
 from ..network.specification import FORBID, Specification
+from .preferences import coverage_ranges
 from .survey import Ground
 
 #: Levels in the output: 1 major, 2 collector, 3 local, 4 cul-de-sac.
 COLLECTOR, LOCAL = 2, 3
+#: From this many block widths of coverage range on, blocks may be any size.
+SPARSE = 1.25
 #: A strip between a street and a wall is of no use below this share of the block width, and the
 #: street then counts this many times its length.
 THIN_STRIP, ALONG_WALL = 0.5, 2.5
@@ -178,18 +182,41 @@ def _block_clauses(
 ) -> list[Clause]:
     """Blocks one cell wide and no longer than asked; the longer, the dearer."""
     mesh = ground.mesh
+    wide = sparse_vertices(ground, spec.block_width)
     clauses: list[Clause] = []
     for factor, penalty in ((1.0, 0.9), (1.12, 2.5), (1.35, 8.0)):
         clauses += rules.block_length_windows(mesh, usable, factor * spec.block_length, penalty)
+    if wide.any():
+        clauses = [c for c in clauses if not wide[mesh.edges[list(c.edges)]].all()]
     clauses += rules.block_width_corners(
         mesh,
         usable,
         ground.closed & ~usable,
         spec.block_width,
         weights.width_penalty,
-        ground.green_faces,
+        ground.green_faces | set(np.flatnonzero(wide[mesh.faces].all(axis=1)).tolist()),
     )
     return clauses
+
+
+def sparse_vertices(ground: Ground, width: float) -> BoolArray:
+    """Mark the vertices in areas that are to be less dense: blocks there may be any size.
+
+    Parameters
+    ----------
+    ground
+        The site, its mesh and the areas with a density of their own.
+    width
+        Wished block width in metres.
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (n,).
+    """
+    if not ground.preferences.density:
+        return np.zeros(len(ground.mesh.vertices), dtype=np.bool_)
+    return coverage_ranges(ground.mesh, width, ground.preferences.density) > SPARSE * width
 
 
 def _paper(ground: Ground, spec: Specification, level: int, streets: _Streets) -> NetworkProblem:
@@ -226,16 +253,10 @@ def _problem(
 ) -> NetworkProblem:
     """Fill in what both rule sets share."""
     mesh = ground.mesh
-    metric = spec.coverage_unit == "metres" and spec.coverage is not None
+    ranges = cover_ranges(ground, spec, cover_radius)
     able = np.zeros(len(mesh.vertices), dtype=np.bool_)
     able[mesh.edges[streets.candidate].ravel()] = True
-    balls = rules.coverage_balls(
-        mesh,
-        needs_cover(ground),
-        streets.active,
-        edges=None if metric else round(cover_radius),
-        metres=cover_radius if metric else None,
-    )
+    balls = coverage_balls(mesh, needs_cover(ground), streets.active, **ranges)
     cover = {v: tuple(u for u in ball if able[u]) for v, ball in balls.items()}
     return NetworkProblem(
         mesh=mesh,
@@ -244,11 +265,11 @@ def _problem(
         sinks=streets.sinks,
         length=mesh.lengths / mesh.edge_length,
         required=streets.required,
-        edge_factor=edge_factor,
+        edge_factor=edge_factor if ground.prices is None else edge_factor * ground.prices,
         weight_length=spec.weight_length,
         weight_distance=spec.weight_distance,
         cover={v: ball for v, ball in cover.items() if ball},
-        cover_radius=None if metric else round(cover_radius),
+        cover_radius=round(cover_radius) if "edges" in ranges else None,
         cover_penalty=cover_penalty,
         dead_ends=spec.dead_ends,
         branches=spec.branches,
@@ -258,6 +279,30 @@ def _problem(
         patterns=tuple(patterns),
         clauses=tuple(clauses),
     )
+
+
+def cover_ranges(ground: Ground, spec: Specification, radius: float) -> dict[str, Range]:
+    """Return the coverage range as `coverage_balls` takes it.
+
+    Where the density differs by area the range is metric everywhere.
+
+    Parameters
+    ----------
+    ground
+        The site, its mesh and the areas with a density of their own.
+    spec
+        Says in what the range is measured.
+    radius
+        The range that holds where no area has its own, in the unit of the specification, or in
+        mesh edges where that gives none.
+    """
+    unit = spec.coverage_unit if spec.coverage is not None else "edges"
+    density = ground.preferences.density
+    if not density:
+        return {unit: radius}
+    metres = radius * ground.mesh.edge_length if unit == "edges" else radius
+    own = "metres" if unit == "edges" else unit
+    return {own: coverage_ranges(ground.mesh, metres, density)}
 
 
 def _open(clauses: list[Clause], existing: BoolArray) -> list[Clause]:

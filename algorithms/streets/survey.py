@@ -12,10 +12,11 @@ from shapely.geometry import LineString, Point
 
 from ..errors import InputError
 from ..mesh import QuadMesh
-from ..network.problem import BoolArray
+from ..network.problem import BoolArray, FloatArray
 from ..network.specification import Specification
 from ..site.types import AccessPoint, Site
 from .adopt import existing_lines, right_of_way
+from .preferences import Preferences, check_elevation, edge_prices
 from .wishes import TOUCH, Wishes, nearest_vertex, required_edges, sink_vertex
 
 #: A street is carried on to a centre line over at most this many times the snap distance.
@@ -57,6 +58,10 @@ class Ground:
         ground and forbidden places, but not the edges that would only lead to a wall.
     exits
         Given sink -> the vertex that stands for it.
+    preferences
+        Where streets are wanted more or less.
+    prices
+        Shape (e,). Factors on the cost of streets that follow from the preferences.
     """
 
     site: Site
@@ -70,6 +75,8 @@ class Ground:
     forbidden: shapely.Geometry
     closed: BoolArray
     exits: dict[tuple[float, float], int] = field(default_factory=dict)
+    preferences: Preferences = field(default_factory=Preferences)
+    prices: FloatArray | None = None
 
     @property
     def free(self) -> BoolArray:
@@ -140,6 +147,7 @@ def survey(
         ground, or if no sink is left.
     """
     wishes = wishes or Wishes()
+    check_elevation(site, wishes.preferences)
     street = mesh.boundary_edges & (
         _along_frontage(site, mesh) | np.full(len(mesh.edges), spec.sink_mode == "boundary")
     )
@@ -171,6 +179,8 @@ def survey(
         forbidden,
         closed,
         exits,
+        wishes.preferences,
+        edge_prices(mesh, wishes.preferences, spec.slope_weight),
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import networkx as nx
 import numpy as np
@@ -14,6 +14,7 @@ from ..errors import InputError
 from ..mesh import QuadMesh
 from ..network.problem import BoolArray, FloatArray
 from ..site.types import Site
+from .preferences import Preferences
 
 #: Wishes further than this from a site belong to another one, if there is any (metres).
 FAR = 10_000.0
@@ -33,6 +34,8 @@ class Wishes:
         Lines along which a street must run.
     forbidden
         Lines or polygons that no street may cross or follow.
+    preferences
+        Where streets are wanted more or less, patches and through routes.
     sink_ids, required_ids, sink_layer, required_layer
         Feature ids and layer names of the sinks and required lines, for messages.
     """
@@ -42,6 +45,7 @@ class Wishes:
     forbidden: Sequence[shapely.Geometry] = ()
     sink_ids: Sequence[int | str] = ()
     required_ids: Sequence[int | str] = ()
+    preferences: Preferences = field(default_factory=Preferences)
     sink_layer: str = "Sinks"
     required_layer: str = "Required streets"
 
@@ -77,6 +81,7 @@ class Wishes:
             sinks=[self.sinks[i] for i in sinks],
             required=[self.required[i] for i in lines],
             forbidden=self.forbidden,
+            preferences=self.preferences,
             sink_ids=[self.sink_id(i) for i in sinks],
             required_ids=[self.required_id(i) for i in lines],
             sink_layer=self.sink_layer,

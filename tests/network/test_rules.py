@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from platwright.mesh import QuadMesh, grid
 from platwright.network import rules
+from platwright.network.coverage import coverage_balls
 
 
 def everything(mesh):
@@ -90,11 +91,11 @@ def test_balls_by_edges_and_by_metres():
         else int(np.flatnonzero((mesh.vertices == [20.0, 20.0]).all(axis=1))[0])
     )
     none = np.zeros(len(mesh.vertices), dtype=bool)
-    assert len(rules.coverage_balls(mesh, [centre], none, edges=1)[centre]) == 5
-    assert len(rules.coverage_balls(mesh, [centre], none, metres=20.0)[centre]) == 13
+    assert len(coverage_balls(mesh, [centre], none, edges=1)[centre]) == 5
+    assert len(coverage_balls(mesh, [centre], none, metres=20.0)[centre]) == 13
     covered = none.copy()
     covered[centre] = True
-    assert rules.coverage_balls(mesh, [centre], covered, edges=1) == {}
+    assert coverage_balls(mesh, [centre], covered, edges=1) == {}
 
 
 def test_a_small_cell_inside_is_priced_one_in_an_arm_is_not():
