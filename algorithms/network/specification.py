@@ -6,10 +6,11 @@ import dataclasses
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from ..errors import InputError
+from .level_settings import LevelSettings, checked, from_plain, to_plain
 
 #: Weight of a rule that must never be broken.
 FORBID = math.inf
@@ -83,6 +84,15 @@ class Specification:
         by 1 + slope_weight * (grade / 6 %)².
     levels
         1 for one network, 2 for collectors and then local streets.
+    level_settings
+        What is asked otherwise of some levels (2 collector, 3 local, 4 cul-de-sac, and the
+        speed of 1 major), see `LevelSettings`.
+    cul_de_sacs
+        Whether culs-de-sac follow after the local streets, where ground is left too deep.
+    cul_de_sac_length
+        Greatest length of a cul-de-sac in metres.
+    turning_radius
+        Radius of the turning circle at its end in metres; 0 for none.
     time_limit
         Seconds for all solving.
     gap
@@ -112,7 +122,7 @@ class Specification:
     traffic: Traffic = "out"
     patch_size: float | None = None
     detour: float = 2.0
-    links: float = FORBID
+    links: float | None = None
     exits: int | None = None
     length_budget: float | None = None
     max_distance: float | None = None
@@ -120,6 +130,10 @@ class Specification:
     one_way: OneWay = "none"
     slope_weight: float = 1.0
     levels: int = 2
+    level_settings: Mapping[int, LevelSettings] = field(default_factory=dict, hash=False)
+    cul_de_sacs: bool = False
+    cul_de_sac_length: float = 150.0
+    turning_radius: float = 9.0
     time_limit: float = 30.0
     gap: float = 0.01
     seed: int = 1
@@ -127,7 +141,8 @@ class Specification:
 
     def __post_init__(self) -> None:
         """Check the ranges; raise `InputError` that names the field."""
-        for name in ("block_width", "block_length", "time_limit"):
+        object.__setattr__(self, "level_settings", checked(self.level_settings))
+        for name in ("block_width", "block_length", "cul_de_sac_length", "time_limit"):
             if not 0 < getattr(self, name) < math.inf:
                 raise InputError(f"{name} must be greater than 0.", "Give a positive number.")
         if self.edge_length is not None and not 0 < self.edge_length < math.inf:
@@ -155,6 +170,7 @@ class Specification:
             "too_close",
             "t_junctions",
             "branches",
+            "turning_radius",
             "detour",
             "links",
             "slope_weight",
@@ -172,12 +188,26 @@ class Specification:
         if self.levels not in (1, 2):
             raise InputError("levels must be 1 or 2.", "Choose 1 or 2 street levels.")
 
+    def at_level(self, level: int) -> Specification:
+        """Return the specification as it is for one level.
+
+        Examples
+        --------
+        >>> spec = Specification(level_settings={2: LevelSettings(weight_length=3.0)})
+        >>> spec.at_level(2).weight_length, spec.at_level(3).weight_length
+        (3.0, 1.0)
+        """
+        own = self.level_settings.get(level)
+        changes = own.changes() if own is not None else {}
+        return dataclasses.replace(self, **changes) if changes else self
+
     def to_json(self) -> str:
         """Return the specification as JSON; infinite weights become the text "forbid"."""
         values = {
             key: "forbid" if isinstance(value, float) and math.isinf(value) else value
             for key, value in dataclasses.asdict(self).items()
         }
+        values["level_settings"] = to_plain(self.level_settings)
         return json.dumps(values, sort_keys=True)
 
     @classmethod
@@ -215,6 +245,8 @@ class Specification:
                 f"Known keys are: {', '.join(sorted(known))}.",
             )
         fields: dict[str, Any] = {k: FORBID if v == "forbid" else v for k, v in values.items()}
+        if "level_settings" in fields:
+            fields["level_settings"] = from_plain(fields["level_settings"])
         try:
             return cls(**fields)
         except TypeError as error:

@@ -2,15 +2,19 @@
 
 from .distances import sink_places
 from .fitting import edge_length, site_mesh
+from .heights import HeightGrid, no_heights
 from .layers import plan_layers
 from .plan import design_streets, plan_site
 from .preferences import Preferences, Zone
-from .site_plan import SitePlan, StreetPlan
+from .site_plan import SitePlan, StreetPlan, no_plan
 from .survey import Ground, arriving_streets, survey
+from .why_not import NoDesignError
 from .wishes import Wishes
 
 __all__ = [
     "Ground",
+    "HeightGrid",
+    "NoDesignError",
     "Preferences",
     "SitePlan",
     "StreetPlan",
@@ -19,6 +23,8 @@ __all__ = [
     "arriving_streets",
     "design_streets",
     "edge_length",
+    "no_heights",
+    "no_plan",
     "plan_layers",
     "plan_site",
     "sink_places",

@@ -87,7 +87,7 @@ class Joint:
     heading: tuple[float, float] | None = None
 
 
-class _Outline:
+class Outline:
     """The outline of a block, and which places on it a way may start from or end at."""
 
     def __init__(self, polygon: Polygon, streets: shapely.Geometry) -> None:
@@ -156,8 +156,8 @@ def chords(polygon: Polygon, streets: shapely.Geometry, joints: Sequence[Joint])
         Where other streets end: a way that comes near to one goes on into it; one with a
         heading is continued in that direction.
     """
-    outline = _Outline(polygon, streets)
-    near = _joints_at(outline, joints)
+    outline = Outline(polygon, streets)
+    near = joints_at(outline, joints)
     fixed = outline.along(np.array([joints[i].xy for i in near]).reshape(-1, 2))
     at = np.concatenate([np.arange(0.0, outline.length, STEP), fixed])
     joint = np.concatenate([np.full(len(at) - len(near), -1), near]).astype(np.int64)
@@ -178,7 +178,7 @@ def chords(polygon: Polygon, streets: shapely.Geometry, joints: Sequence[Joint])
     return _headed(ways, joints)
 
 
-def _joints_at(outline: _Outline, joints: Sequence[Joint]) -> list[int]:
+def joints_at(outline: Outline, joints: Sequence[Joint]) -> list[int]:
     """Joints on the outline."""
     if not joints:
         return []
@@ -186,7 +186,7 @@ def _joints_at(outline: _Outline, joints: Sequence[Joint]) -> list[int]:
     return [int(i) for i in np.flatnonzero(gap < 5 * ON)]
 
 
-def _opposite(outline: _Outline, start: FloatArray, heading: FloatArray) -> FloatArray:
+def _opposite(outline: Outline, start: FloatArray, heading: FloatArray) -> FloatArray:
     """Where rays into the block first meet its outline; NaN where they do not."""
     reach = outline.length / 2
     lines = shapely.linestrings(np.stack([start + heading, start + reach * heading], axis=1))
@@ -201,7 +201,7 @@ def _opposite(outline: _Outline, start: FloatArray, heading: FloatArray) -> Floa
 
 
 def _snap(
-    outline: _Outline, start: FloatArray, end: FloatArray, fixed: FloatArray
+    outline: Outline, start: FloatArray, end: FloatArray, fixed: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
     """Move ends to joints that are near, and tell which were."""
     if not len(fixed) or not len(end):
@@ -214,7 +214,7 @@ def _snap(
 
 
 def _checked(
-    outline: _Outline,
+    outline: Outline,
     at: FloatArray,
     joint: npt.NDArray[np.int64],
     start: FloatArray,

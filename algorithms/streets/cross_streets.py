@@ -44,7 +44,7 @@ STAGGERED = 0.5
 
 @dataclass(frozen=True)
 class CrossStreet:
-    """A straight street across a block.
+    """A straight street across a block, or into it.
 
     Attributes
     ----------
@@ -52,10 +52,13 @@ class CrossStreet:
         Its course, metres, from street to street.
     arrival
         The existing street that it continues from its start, if any.
+    blind
+        Whether it ends blind, as a cul-de-sac; its start is at a street.
     """
 
     line: LineString
     arrival: AccessPoint | None = None
+    blind: bool = False
 
 
 @dataclass(frozen=True, eq=False)

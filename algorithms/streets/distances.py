@@ -21,7 +21,8 @@ ON = 0.2
 #: Ends of existing streets nearer than this are one (metres).
 SAME = 0.01
 
-Way = tuple[int, int, float]
+#: From, to, metres, and whether that is the only direction.
+Way = tuple[int, int, float, bool]
 
 
 def node_distances(
@@ -47,7 +48,7 @@ def node_distances(
     kept = ground.mesh.edges[ground.street]
     if len(kept) and ground.sinks[kept].all():
         # whoever reaches an existing street has left
-        ways = [(p.start, p.end, float(p.line.length)) for p in pieces]
+        ways = [(p.start, p.end, float(p.line.length), p.one_way) for p in pieces]
         sinks = {v for v in nodes if v < 0 or _is_sink(ground, v)} | (exits & nodes)
     else:
         network = _Network(ground, pieces, connectors)
@@ -80,12 +81,14 @@ def _shortest(ways: Sequence[Way], sinks: set[int]) -> dict[int, float]:
         return {}
     # parallel ways between two nodes: the shorter one counts
     best: dict[tuple[int, int], float] = {}
-    for u, v, length in ways:
-        pair = (place[min(u, v)], place[max(u, v)])
-        best[pair] = min(max(length, 1e-9), best.get(pair, math.inf))
+    for u, v, length, one_way in ways:
+        # from the sinks the search runs against the traffic
+        for a, b in ((v, u),) if one_way else ((u, v), (v, u)):
+            pair = (place[a], place[b])
+            best[pair] = min(max(length, 1e-9), best.get(pair, math.inf))
     rows, columns = np.array(list(best)).T
     graph = sparse.coo_matrix((list(best.values()), (rows, columns)), shape=(len(names),) * 2)
-    found = dijkstra(graph.tocsr(), directed=False, indices=starts, min_only=True)
+    found = dijkstra(graph.tocsr(), indices=starts, min_only=True)
     return {v: float(found[i]) for v, i in place.items()}
 
 
@@ -95,7 +98,7 @@ class _Network:
     def __init__(
         self, ground: Ground, pieces: Sequence[Piece], connectors: Sequence[Connector]
     ) -> None:
-        self.ways: list[Way] = [(p.start, p.end, float(p.line.length)) for p in pieces]
+        self.ways: list[Way] = [(p.start, p.end, float(p.line.length), p.one_way) for p in pieces]
         self.places: dict[int, FloatArray] = {}
         for p in pieces:
             course = shapely.get_coordinates(p.line)
@@ -103,7 +106,7 @@ class _Network:
         self.fresh = max([len(ground.mesh.vertices), *self.places]) + 1
         for joint in connectors:
             outer = self._add(shapely.get_coordinates(joint.line)[-1])
-            self.ways.append((joint.node, outer, float(joint.line.length)))
+            self.ways.append((joint.node, outer, float(joint.line.length), False))
         self._join(_existing(ground))
 
     def nearest(self, points: FloatArray, reach: float) -> set[int]:
@@ -139,7 +142,7 @@ class _Network:
                 if line.distance(here) <= ON:
                     stops.append((float(line.project(here)), node))
             stops.sort()
-            self.ways += [(u, v, b - a) for (a, u), (b, v) in zip(stops, stops[1:])]
+            self.ways += [(u, v, b - a, False) for (a, u), (b, v) in zip(stops, stops[1:])]
 
 
 def _existing(ground: Ground) -> list[LineString]:

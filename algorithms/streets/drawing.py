@@ -15,12 +15,14 @@ from ..progress import Progress
 from ..site.types import AccessPoint, Site
 from .adopt import existing_lines
 from .align import Alignment, align
-from .blocks import blocks, reach_edge
+from .blocks import Block, blocks, reach_edge
 from .cross_streets import CrossStreet, Surroundings, cross_streets
+from .culdesacs import culs_de_sac, served
 from .joints import Connector, connect, connectors, trim_ends
 from .levels import LevelledNetwork
+from .one_way import directed_pieces
 from .pieces import Piece, add_cross_streets, street_pieces
-from .program import LOCAL
+from .program import CUL_DE_SAC
 from .segments import segments
 from .site_plan import SitePlan, goes_on
 from .survey import Ground
@@ -44,7 +46,8 @@ def draw_plan(
     network
         The chosen mesh edges.
     spec
-        What the planner asked; with the planner's rules cross streets are added.
+        What the planner asked; with the planner's rules cross streets are added, and
+        culs-de-sac where they are wanted.
     arrivals
         Existing streets that could be continued.
     only_mesh
@@ -64,17 +67,23 @@ def draw_plan(
     found = blocks(site, lines)
     cross: list[CrossStreet] = []
     exits: frozenset[int] = frozenset()
-    if spec.rules == "planner" and pieces and not only_mesh:
+    if spec.rules == "planner":
         around = _surroundings(ground, spec, pieces, joints, arrivals)
-        cross = cross_streets(found, spec, around, progress)
+        # where no program was solved, what encloses the ground stands for its streets
+        if (pieces or not network.solved) and not only_mesh and not _counted(spec):
+            cross = cross_streets(found, spec, around, progress)
+        if spec.cul_de_sacs:
+            cross += _blind(site, lines, found, cross, spec, around, progress)
     if cross:
         pieces, added = add_cross_streets(pieces, cross, len(ground.mesh.vertices))
         met = _arrivals_met(cross, added)
         joints += _carried_on(site, added, met)
         if spec.sink_mode == "access":
             exits = frozenset(met)
-        found = blocks(site, [*lines, *(_longer(piece.line) for piece in added)])
+        through = (piece.line for piece in added if piece.level != CUL_DE_SAC)
+        found = blocks(site, [*lines, *map(_longer, through)])
         pieces += added
+    pieces = directed_pieces(network, spec, alignment, pieces, progress)
     return SitePlan(
         site,
         network,
@@ -84,9 +93,15 @@ def draw_plan(
         tuple(joints),
         tuple(found),
         tuple(arrivals),
-        _uncovered(network),
+        _uncovered(network, [street for street in cross if street.blind], spec),
         spec,
     )
+
+
+def _counted(spec: Specification) -> bool:
+    """Whether exits, metres or junctions are counted: streets outside of the program are not."""
+    limits = (spec.exits, spec.length_budget, spec.junction_spacing)
+    return any(limit is not None for limit in limits)
 
 
 def _aligned(ground: Ground, level: IntArray) -> Alignment:
@@ -120,6 +135,30 @@ def _surroundings(
     )
 
 
+def _blind(
+    site: Site,
+    lines: Sequence[LineString],
+    found: Sequence[Block],
+    cross: Sequence[CrossStreet],
+    spec: Specification,
+    around: Surroundings,
+    progress: Progress | None,
+) -> list[CrossStreet]:
+    """Culs-de-sac into the blocks that streets and cross streets leave."""
+    if cross:
+        built = [street.line for street in cross]
+        ends = np.array([xy for line in built for xy in line.coords])
+        met = [street.arrival for street in cross if street.arrival is not None]
+        around = Surroundings(
+            shapely.union_all([around.streets, *built]),
+            np.vstack([around.ends, ends]),
+            [point for point in around.arrivals if point not in met],
+            around.blocked,
+        )
+        found = blocks(site, [*lines, *map(_longer, built)])
+    return culs_de_sac(found, spec, around, progress)
+
+
 def _arrivals_met(cross: Sequence[CrossStreet], pieces: Sequence[Piece]) -> dict[int, AccessPoint]:
     """Junction -> the existing street that a cross street continues there."""
     met = {}
@@ -140,7 +179,7 @@ def _carried_on(
     for piece in pieces:
         course = shapely.get_coordinates(piece.line)
         for node, line in ((piece.start, course[::-1]), (piece.end, course)):
-            one = connect(site, line, node, LOCAL, met.get(node)) if node < 0 else None
+            one = connect(site, line, node, piece.level, met.get(node)) if node < 0 else None
             if one is not None:
                 found.append(one)
     return found
@@ -169,11 +208,15 @@ def _edge_pieces(ground: Ground, level: IntArray, alignment: Alignment) -> list[
     return pieces
 
 
-def _uncovered(network: LevelledNetwork) -> tuple[tuple[float, float], ...]:
+def _uncovered(
+    network: LevelledNetwork, blind: Sequence[CrossStreet], spec: Specification
+) -> tuple[tuple[float, float], ...]:
     """Positions that are still without a street nearby after the last level."""
     if not network.solved:
         return ()
-    vertices = {v for s in network.solved for v in s.design.uncovered}
+    # ground that a cul-de-sac would have served has streets on the other side of the block
+    above = [s for s in network.solved if s.level != CUL_DE_SAC]
+    vertices = {v for s in above for v in s.design.uncovered}
     streets = (network.level > 0) | network.ground.street
     mesh = network.ground.mesh
     active = set(mesh.edges[streets].ravel().tolist())
@@ -183,7 +226,6 @@ def _uncovered(network: LevelledNetwork) -> tuple[tuple[float, float], ...]:
         if v < len(mesh.vertices)
         and any(int(u) in active for u in mesh.edges[mesh.vertex_edges[v]].ravel())
     }
-    return tuple(
-        (float(x), float(y))
-        for x, y in mesh.vertices[sorted(v for v in vertices - near if v < len(mesh.vertices))]
-    )
+    left = mesh.vertices[sorted(v for v in vertices - near if v < len(mesh.vertices))]
+    left = left[~served(left, blind, spec)]
+    return tuple((float(x), float(y)) for x, y in left)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import geopandas as gpd
@@ -13,13 +13,14 @@ import shapely
 from pyproj import CRS
 from shapely.geometry import LineString, Point
 
-from ..site.types import BoundaryStreet
+from ..errors import PlatwrightError
+from ..network.specification import Specification
+from ..site.types import BoundaryStreet, Site
 from .adopt import existing_lines
+from .hierarchy import LEVEL_NAMES, speed_kmh
 from .joints import TIP, split_at
 from .site_plan import SitePlan, StreetPlan
-
-#: Speeds by level, km/h: 40, 30, 20 and 20 miles per hour (CND section 5.1).
-SPEED = {1: 64.0, 2: 48.0, 3: 32.0, 4: 32.0}
+from .why_not import NoDesignError
 
 #: Road classes (OpenStreetMap and common local ones) -> level of an existing street.
 CLASS_LEVEL = {
@@ -27,6 +28,8 @@ CLASS_LEVEL = {
     **dict.fromkeys(("tertiary", "collector"), 2),
 }
 
+#: Junctions of two sub-regions that are nearer than this are one (metres).
+SAME = 0.1
 #: Blocks longer than this many times the wished length are named.
 LONG = 1.8  #: Exits moved by more than this are named (metres).
 MOVED = 5.0
@@ -44,6 +47,9 @@ COLUMNS: Mapping[str, Sequence[str]] = {
         "direction",
         "speed_kmh",
         "name",
+        "level_name",
+        "turning_m",
+        "oneway",
     ),
     "junctions": ("junction_id", "site_id", "valence", "is_sink", "dist_to_sink_m", "kind"),
     "blocks": ("block_id", "site_id", "area_m2", "perimeter_m", "width_m", "length_m"),
@@ -60,31 +66,28 @@ def plan_layers(plan: StreetPlan) -> dict[str, gpd.GeoDataFrame]:
     -------
     dict of str to geopandas.GeoDataFrame
         "streets": new streets between junctions, their connectors to the centre lines of
-        existing streets, and the existing streets beside the site. "junctions", "blocks" and
+        existing streets, and the existing streets beside the site and given ones in it.
+        "junctions", "blocks" and
         "problems" as their columns say (`COLUMNS`); lengths and distances in metres, areas in
         square metres, speeds in km/h, measured in the working CRS.
     """
     parts: dict[str, list[gpd.GeoDataFrame]] = {key: [] for key in COLUMNS}
-    source = plan.plans[0].site.source_crs if plan.plans else CRS.from_epsg(4326)
-    for own in plan.plans:
+    sites = [own.site for own in plan.plans] + [site for site, _ in plan.failures]
+    source = sites[0].source_crs if sites else CRS.from_epsg(4326)
+    for group in plan.by_site:
+        new = [row for own in group for row in _new_streets(own)]
         rows: dict[str, Iterable[Row]] = {
-            "streets": [*_new_streets(own), *_existing_streets(own)],
-            "junctions": _junctions(own),
-            "blocks": _blocks(own),
-            "problems": _problems(own),
+            "streets": [*new, *_existing_streets(group)],
+            "junctions": _junctions_of(group),
+            "blocks": [row for own in group for row in _blocks(own)],
+            "problems": [row for own in group for row in _problems(own)],
         }
         for key, values in rows.items():
-            parts[key].append(_frame(values, COLUMNS[key], own.site.crs, source))
+            parts[key].append(_frame(values, COLUMNS[key], group[0].site.crs, source))
     for site, error in plan.failures:
-        row = {
-            "layer": site.name,
-            "feature": str(site.feature),
-            "problem": str(error),
-            "action": "this site has no streets",
-            "severity": "error",
-            "geometry": site.polygon.representative_point(),
-        }
-        parts["problems"].append(_frame([row], COLUMNS["problems"], site.crs, source))
+        parts["problems"].append(
+            _frame(_failure(site, error), COLUMNS["problems"], site.crs, source)
+        )
     layers = {}
     for key, frames in parts.items():
         full = [frame for frame in frames if len(frame)]
@@ -106,20 +109,40 @@ def _frame(given: Iterable[Row], columns: Sequence[str], crs: CRS, source: CRS) 
     return frame if crs == source else frame.to_crs(source)
 
 
+def _failure(site: Site, error: PlatwrightError) -> Iterator[Row]:
+    """Say why a site has no design, and where."""
+    common = {"layer": site.name, "feature": str(site.feature), "severity": "error"}
+    yield {
+        **common,
+        "problem": str(error),
+        "action": "this site has no streets",
+        "geometry": site.polygon.representative_point(),
+    }
+    for place in error.places if isinstance(error, NoDesignError) else ():
+        yield {
+            **common,
+            "problem": place.problem,
+            "action": place.action,
+            "geometry": place.point,
+        }
+
+
 def _new_streets(plan: SitePlan) -> Iterable[Row]:
     """Designed streets and their connectors."""
-    site_id = plan.site.site_id
+    site_id, spec = plan.site.site_id, plan.specification
     for s in plan.segments:
+        turns = s.blind and spec.turning_radius > 0
         yield {
             "site_id": site_id,
-            "level": s.level,
+            **_of_level(s.level, spec),
+            "turning_m": spec.turning_radius if turns else None,
+            "oneway": s.one_way,
             "status": "new",
             "length_m": s.line.length,
             "dist_to_sink_m": s.distance,
             "dist_start_m": s.dist_start,
             "dist_end_m": s.dist_end,
             "direction": s.direction,
-            "speed_kmh": SPEED[s.level],
             "name": "",
             "geometry": s.line,
         }
@@ -130,41 +153,61 @@ def _new_streets(plan: SitePlan) -> Iterable[Row]:
         out = reached.get(joint.node)
         yield {
             "site_id": site_id,
-            "level": joint.level,
+            **_of_level(joint.level, spec),
             "status": "connector",
             "length_m": joint.line.length,
             "dist_to_sink_m": out,
             "dist_start_m": out,
             "dist_end_m": out,
             "direction": 1,
-            "speed_kmh": SPEED[joint.level],
             "name": joint.arrival.name if joint.arrival is not None else "",
             "geometry": joint.line,
         }
 
 
-def _existing_streets(plan: SitePlan) -> Iterable[Row]:
-    """Give the streets beside the site and those kept inside, cut where new ones join them."""
-    site = plan.site
-    joints = [joint.line.coords[-1] for joint in plan.connectors]
-    joints += [xy for s in plan.segments for xy in (s.line.coords[0], s.line.coords[-1])]
+def _existing_streets(plans: Sequence[SitePlan]) -> Iterator[Row]:
+    """Give the streets beside a site and those kept or given inside, cut where new ones join."""
+    site, division, spec = plans[0].whole, plans[0].division, plans[0].specification
+    joints = [joint.line.coords[-1] for plan in plans for joint in plan.connectors]
+    lines = [s.line for plan in plans for s in plan.segments]
+    if division is not None:
+        joints += [joint.line.coords[-1] for joint in division.connectors]
+        lines += [street.line for street in division.streets]
+    joints += [xy for line in lines for xy in (line.coords[0], line.coords[-1])]
     tips = shapely.boundary(shapely.line_merge(existing_lines(site)))
     for street in (*site.boundary_streets, *site.inner_streets):
         own = existing_level(street)
         for line in _without_stubs(split_at(street.line, joints), tips):
-            yield {
-                "site_id": site.site_id,
-                "level": own,
-                "status": "existing",
-                "length_m": line.length,
-                "dist_to_sink_m": None,
-                "dist_start_m": None,
-                "dist_end_m": None,
-                "direction": 0,
-                "speed_kmh": SPEED[own],
-                "name": street.name,
-                "geometry": line,
-            }
+            yield {**_not_new(site.site_id, own, spec, line), "name": street.name}
+    if division is None:
+        return
+    for given in division.streets:
+        for line in split_at(given.line, joints):
+            yield {**_not_new(site.site_id, given.level, spec, line), "status": "given"}
+    for joint in division.connectors:
+        for line in split_at(joint.line, joints):
+            yield {**_not_new(site.site_id, joint.level, spec, line), "status": "given"}
+
+
+def _not_new(site_id: int, level: int, spec: Specification, line: LineString) -> Row:
+    """Give the row of a street that was not designed."""
+    return {
+        "site_id": site_id,
+        **_of_level(level, spec),
+        "status": "existing",
+        "length_m": line.length,
+        "dist_to_sink_m": None,
+        "dist_start_m": None,
+        "dist_end_m": None,
+        "direction": 0,
+        "name": "",
+        "geometry": line,
+    }
+
+
+def _of_level(level: int, spec: Specification) -> Row:
+    """Give what the level of a street says."""
+    return {"level": level, "level_name": LEVEL_NAMES[level], "speed_kmh": speed_kmh(spec, level)}
 
 
 def _without_stubs(pieces: list[LineString], tips: shapely.Geometry) -> list[LineString]:
@@ -180,6 +223,26 @@ def _without_stubs(pieces: list[LineString], tips: shapely.Geometry) -> list[Lin
 def existing_level(street: BoundaryStreet) -> int:
     """Level of an existing street by its class; local where the class says nothing."""
     return CLASS_LEVEL.get(street.kind.lower().removesuffix("_link"), 3)
+
+
+def _junctions_of(plans: Sequence[SitePlan]) -> list[Row]:
+    """Junctions of a site; at a given street those of both sides are one."""
+    rows = [row for plan in plans for row in _junctions(plan)]
+    if len(plans) == 1:
+        return rows
+    found: dict[tuple[int, int], Row] = {}
+    for row in rows:
+        key = (round(row["geometry"].x / SAME), round(row["geometry"].y / SAME))
+        other = found.get(key)
+        if other is None:
+            found[key] = row
+            continue
+        # each side counts the given street, and one that goes on counts the other side, too
+        both = row["valence"] + other["valence"] - 2
+        if "continues street" in (row["kind"], other["kind"]):
+            both = max(row["valence"], other["valence"])
+        found[key] = {**other, "valence": both, "kind": "meets street"}
+    return list(found.values())
 
 
 def _junctions(plan: SitePlan) -> Iterable[Row]:
@@ -275,8 +338,8 @@ def _problem(
 ) -> Row:
     """Make a row of the problems layer."""
     return {
-        "layer": plan.site.name,
-        "feature": str(plan.site.feature),
+        "layer": plan.whole.name,
+        "feature": str(plan.whole.feature),
         "problem": problem,
         "action": action,
         "severity": severity,

@@ -1,38 +1,47 @@
-"""Streets level by level: collectors first, then locals inside each of their blocks."""
+"""Streets level by level: collectors, locals inside each of their blocks, then culs-de-sac."""
 
 from __future__ import annotations
 
 import dataclasses
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import networkx as nx
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import CancelledError
-from ..network.problem import BoolArray, Clause, Design, NetworkProblem
+from ..errors import CancelledError, InfeasibleError
+from ..network.problem import BoolArray, Clause, Design, IntArray, NetworkProblem
 from ..network.solve import solve
 from ..network.specification import FORBID, Specification
 from ..progress import Deadline, Progress, SearchState, Silent
-from .program import COLLECTOR, LOCAL, level_problem
+from .program import COLLECTOR, CUL_DE_SAC, LOCAL, asked_at, level_problem
+from .requirements import share_of_budget, with_requirements
 from .survey import Ground
+from .why_not import located
 
 #: Rounds in which rings on stems are cut off.
 LOLLIPOP_ROUNDS = 4
 #: What a ring on a stem may cost, in mesh edge lengths.
 LOLLIPOP_PENALTY = 6.0
-#: Share of the time for the collectors; what they leave over goes to the blocks.
-COLLECTOR_SHARE = 0.65
+#: Share of the time that is left when a level begins; what it leaves over goes to the next.
+TIME_SHARES = {COLLECTOR: 0.65, LOCAL: 0.75, CUL_DE_SAC: 1.0}
+
+#: What is built in the blocks, for messages.
+BUILT = {LOCAL: "local streets", CUL_DE_SAC: "culs-de-sac"}
+
+Refine = Callable[[Ground, IntArray], tuple[Ground, IntArray]]
 
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """One solved network problem."""
+    """One solved network problem of a street level."""
 
     name: str
     problem: NetworkProblem
     design: Design
+    level: int = LOCAL
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,10 +91,12 @@ def design_levels(
     spec: Specification,
     *,
     seconds: float,
-    refine: object = None,
+    refine: Refine | None = None,
     progress: Progress | None = None,
 ) -> LevelledNetwork:
-    """Design the streets of one site (CND section 5.1).
+    """Design the streets of one site level by level (CND section 5.1).
+
+    With the planner's rules culs-de-sac are no mesh lines: they are drawn later.
 
     Parameters
     ----------
@@ -96,8 +107,8 @@ def design_levels(
     seconds
         Time for all solving.
     refine
-        Function from the coarse ground and the collectors to the finer ground and the same
-        collectors on it, for the rules as in the paper; None keeps the mesh.
+        Function from a ground and the streets on it to the finer ground and the same streets
+        there, for the rules as in the paper; None keeps the mesh.
     progress
         Told of stages and incumbents; asked for cancellation.
     """
@@ -107,17 +118,34 @@ def design_levels(
     solved: list[Solved] = []
     if spec.levels == 2:
         told.stage("Collectors", 0.35)
-        problem = level_problem(ground, spec, COLLECTOR, level > 0)
-        solved.append(
-            solve_level(problem, spec, COLLECTOR_SHARE * deadline.left, told, "collectors")
-        )
-        told.add(solved[-1].design)
+        problem = _asked(ground, spec, COLLECTOR, level > 0)
+        seconds = time_share(spec, COLLECTOR) * deadline.left
+        at = asked_at(spec, COLLECTOR)
+        first = solve_level(problem, at, seconds, told, "collectors", ground.start)
+        solved.append(dataclasses.replace(first, level=COLLECTOR))
+        told.add(first.design)
         level[solved[-1].design.active] = COLLECTOR
-        if callable(refine):
+        if refine is not None:
             ground, level = refine(ground, level)
+    blind = spec.cul_de_sacs and refine is not None
+    share = time_share(spec, LOCAL) if blind else 1.0
     told.stage("Local streets", 0.6)
-    local, cancelled = _locals(ground, spec, level, deadline, told, bool(solved))
-    return LevelledNetwork(ground, level, (*solved, *local), cancelled)
+    within = Deadline(share * deadline.left, told)
+    found, cancelled = _by_block(ground, spec, LOCAL, level, within, told, bool(solved))
+    solved += found
+    if blind and refine is not None and not cancelled:
+        told.stage("Culs-de-sac", 0.8)
+        ground, level = refine(ground, level)
+        within = Deadline(time_share(spec, CUL_DE_SAC) * deadline.left, told)
+        found, cancelled = _by_block(ground, spec, CUL_DE_SAC, level, within, told, bool(solved))
+        solved += found
+    return LevelledNetwork(ground, level, tuple(solved), cancelled)
+
+
+def time_share(spec: Specification, level: int) -> float:
+    """Share of the time that is left when a level begins, above 0 and at most 1."""
+    own = spec.level_settings.get(level)
+    return TIME_SHARES[level] if own is None or own.time_share is None else own.time_share
 
 
 class _Sum:
@@ -159,15 +187,16 @@ class _Sum:
         return self.progress.cancelled()
 
 
-def _locals(
+def _by_block(
     ground: Ground,
     spec: Specification,
+    which: int,
     level: npt.NDArray[np.int64],
     deadline: Deadline,
     progress: _Sum,
     in_hand: bool,
 ) -> tuple[list[Solved], bool]:
-    """Solve the local streets block by block, the largest first; `level` is filled in.
+    """Solve one level block by block, the largest first; `level` is filled in.
 
     Returns
     -------
@@ -180,42 +209,79 @@ def _locals(
     groups = face_groups(ground, level > 0)
     groups.sort(key=lambda group: (-len(group), min(group)))
     sizes = [len(group) for group in groups]
+    width = 0.2 if spec.cul_de_sacs and spec.rules == "paper" else 0.3
     solved: list[Solved] = []
+    # culs-de-sac of one block are nothing to those of another
+    whole = _asked(ground, spec, which, level > 0) if which == CUL_DE_SAC else None
     for i, group in enumerate(groups):
         if progress.cancelled() and (in_hand or solved):
-            progress.warn("Cancelled: the blocks that were not reached have no local streets.")
+            progress.warn(f"Cancelled: the blocks that were not reached have no {BUILT[which]}.")
             return solved, True
-        problem = restrict(level_problem(ground, spec, LOCAL, level > 0), group)
-        if not problem.candidate.any():
+        problem = restrict(whole or _asked(ground, spec, which, level > 0), group)
+        if not problem.candidate.any() or (whole is not None and not problem.cover):
             continue
-        name = f"Local streets, block {i + 1} of {len(groups)}"
-        progress.stage(name, 0.6 + 0.3 * i / len(groups))
-        share = max(1.0, deadline.left * sizes[i] / max(1, sum(sizes[i:])))
+        name = f"{BUILT[which].capitalize()}, block {i + 1} of {len(groups)}"
+        progress.stage(name, (0.6 if which == LOCAL else 0.8) + width * i / len(groups))
+        part = sizes[i] / max(1, sum(sizes[i:]))
+        problem = share_of_budget(problem, part)
+        share = max(1.0, deadline.left * part)
         try:
-            one = solve_level(problem, spec, share, progress, name)
+            at = asked_at(spec, which)
+            one = solve_level(problem, at, share, progress, name, ground.start)
         except CancelledError:
             if not (in_hand or solved):
                 raise
             return solved, True
         progress.add(one.design)
-        level[one.design.active] = LOCAL
-        solved.append(one)
+        level[one.design.active] = which
+        solved.append(dataclasses.replace(one, level=which))
     return solved, False
 
 
+def _asked(ground: Ground, spec: Specification, which: int, above: BoolArray) -> NetworkProblem:
+    """Build the problem of a level with all that is asked of it."""
+    problem = level_problem(ground, spec, which, above)
+    return with_requirements(problem, ground, spec, which, above)
+
+
 def solve_level(
-    problem: NetworkProblem, spec: Specification, seconds: float, progress: Progress, name: str
+    problem: NetworkProblem,
+    spec: Specification,
+    seconds: float,
+    progress: Progress,
+    name: str,
+    start: BoolArray | None = None,
 ) -> Solved:
-    """Solve one problem, then again as long as rings on stems can be avoided."""
+    """Solve one problem, then again as long as rings on stems can be avoided.
+
+    Parameters
+    ----------
+    problem
+        The problem of a level, or of one block of it.
+    spec
+        What the planner asks at that level.
+    seconds
+        Time for it.
+    progress
+        Told of incumbents; asked for cancellation.
+    name
+        What is designed, for reports.
+    start
+        Shape (e,). Streets of an earlier design, to begin with.
+    """
     deadline = Deadline(seconds, progress)
-    design = solve(
-        problem,
-        time_limit=deadline.left,
-        gap=spec.gap,
-        seed=spec.seed,
-        solver=spec.solver,
-        progress=progress,
-    )
+    try:
+        design = solve(
+            problem,
+            time_limit=deadline.left,
+            gap=spec.gap,
+            seed=spec.seed,
+            solver=spec.solver,
+            start=None if start is None else start & problem.candidate,
+            progress=progress,
+        )
+    except InfeasibleError as error:
+        raise located(error, problem) from error
     if spec.rules != "planner" or spec.dead_ends != FORBID:
         return Solved(name, problem, design)
     for _ in range(LOLLIPOP_ROUNDS):
@@ -309,7 +375,7 @@ def restrict(problem: NetworkProblem, faces: frozenset[int]) -> NetworkProblem:
         for v, ball in problem.cover.items()
         if v in corner and any(touched[u] for u in ball)
     }
-    return dataclasses.replace(
+    part = dataclasses.replace(
         problem,
         candidate=candidate,
         required=problem.required & candidate,
@@ -317,3 +383,5 @@ def restrict(problem: NetworkProblem, faces: frozenset[int]) -> NetworkProblem:
         patterns=tuple(patterns),
         cover=cover,
     )
+    kept = [requirement.without(part) for requirement in problem.requirements]
+    return dataclasses.replace(part, requirements=tuple(r for r in kept if r is not None))

@@ -19,7 +19,7 @@ from .adopt import existing_lines
 from .align import Alignment
 from .cross_streets import CrossStreet
 from .joints import split_at
-from .program import LOCAL
+from .program import CUL_DE_SAC, LOCAL
 from .survey import Ground
 
 XY = tuple[float, float]
@@ -43,12 +43,15 @@ class Piece:
     start, end
         The junctions at its ends: vertices of the mesh; negative numbers for other junctions
         with existing streets; numbers beyond the last vertex for those of cross streets.
+    one_way
+        Whether traffic runs from start to end only.
     """
 
     line: LineString
     level: int
     start: int
     end: int
+    one_way: bool = False
 
 
 def street_pieces(ground: Ground, level: IntArray, alignment: Alignment) -> list[Piece]:
@@ -66,7 +69,7 @@ def add_cross_streets(
     pieces
         Streets so far.
     cross
-        Cross streets, each from street to street.
+        Cross streets, each from street to street, and culs-de-sac.
     first
         Number of the first new junction between designed streets.
 
@@ -95,24 +98,29 @@ class _Joints:
 
     def meet(self, street: CrossStreet) -> Piece:
         """Make a piece of a street; it ends exactly at junctions that are there already."""
-        ends = [self._junction((float(x), float(y))) for x, y in street.line.coords]
+        places = [(float(x), float(y)) for x, y in street.line.coords]
+        ends = [self._junction(places[0])]
+        ends.append(self._new(places[1]) if street.blind else self._junction(places[1]))
         line = LineString([xy for xy, _ in ends])
         self.lines.append(line)
-        return Piece(line, LOCAL, ends[0][1], ends[1][1])
+        return Piece(line, CUL_DE_SAC if street.blind else LOCAL, ends[0][1], ends[1][1])
 
     def _junction(self, xy: XY) -> tuple[XY, int]:
         found = next((end for end in self.known if math.dist(end[0], xy) <= SAME), None)
         if found is not None:
             return found
         lines = np.array(self.lines, dtype=object)
-        if (shapely.distance(lines, shapely.Point(xy)) <= SAME).any():
-            made = (xy, self.first + len(self.made))
-            self.made.append(made)
-        else:
-            self.lowest -= 1
-            made = (xy, self.lowest)
-        self.known.append(made)
-        return made
+        if len(lines) and (shapely.distance(lines, shapely.Point(xy)) <= SAME).any():
+            return self._new(xy)
+        self.lowest -= 1
+        self.known.append((xy, self.lowest))
+        return self.known[-1]
+
+    def _new(self, xy: XY) -> tuple[XY, int]:
+        """Make a junction between designed streets, or the blind end of one."""
+        self.made.append((xy, self.first + len(self.made)))
+        self.known.append(self.made[-1])
+        return self.made[-1]
 
 
 def _ends(piece: Piece) -> list[tuple[XY, int]]:
@@ -174,15 +182,20 @@ def _piece(mesh: QuadMesh, alignment: Alignment, path: Sequence[int], level: int
 def _cut_at_existing(site: Site, pieces: Sequence[Piece]) -> list[Piece]:
     """Make a junction wherever a new street crosses an existing one."""
     beside = existing_lines(site)
+    on = shapely.buffer(beside, SAME)
+    tips = shapely.get_coordinates(shapely.boundary(shapely.line_merge(beside)))
     found = []
     count = 0
     for piece in pieces:
         crossings = shapely.get_coordinates(shapely.intersection(piece.line, beside))
-        parts = split_at(piece.line, [(x, y) for x, y in crossings.tolist()], SHORTEST)
+        places = [(x, y) for x, y in np.vstack([crossings, tips]).tolist()]
+        parts = split_at(piece.line, places, SHORTEST)
         start = piece.start
         for i, part in enumerate(parts):
             count += i < len(parts) - 1
             end = piece.end if i == len(parts) - 1 else -count
-            found.append(Piece(part, piece.level, start, end))
+            # the end of an existing street may lie between two vertices of the mesh
+            if len(parts) == 1 or not on.covers(part):
+                found.append(Piece(part, piece.level, start, end))
             start = end
     return found

@@ -7,19 +7,23 @@ import time
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from shapely.geometry import LineString
 
 from ..errors import CancelledError, InputError, MeshError, PlatwrightError
 from ..mesh import QuadMesh, subdivide
 from ..network.problem import IntArray
 from ..network.specification import FORBID, Specification
 from ..progress import Deadline, Progress, Share, Silent
-from ..site.types import AccessPoint, Site
+from ..site.types import AccessPoint, BoundaryStreet, Site
 from .adopt import adopt_streets
 from .drawing import draw_plan
+from .earlier import check_start, mesh_misfit
 from .fitting import GOOD_ENOUGH, edge_length, mesh_choices, plan_misfit, same_mesh
+from .given_levels import divide
 from .levels import LevelledNetwork, design_levels
 from .make_way import make_way
 from .site_plan import SitePlan, StreetPlan
+from .sub_regions import design_parts
 from .survey import Ground, arriving_streets, survey
 from .wishes import Wishes
 
@@ -54,7 +58,8 @@ def design_streets(
         What the streets should do, or a function that gives the specification of a site; the
         time limit is that of the first, for all sites together.
     wishes
-        Sinks, required and forbidden places, or a function that gives those of a site.
+        Sinks, required and forbidden places and given streets, or a function that gives those
+        of a site.
     mesh
         Gives a drawn or edited mesh of a site, in its working CRS; None or a None result
         makes one.
@@ -64,7 +69,8 @@ def design_streets(
     Returns
     -------
     StreetPlan
-        One plan per site. A cancelled run returns the best design so far.
+        One plan per site, or per sub-region where given streets divide a site. A cancelled run
+        returns the best design so far.
 
     Raises
     ------
@@ -123,17 +129,17 @@ class _Run:
         """Design all sites; each gets its share of the time by its area."""
         deadline = Deadline(self.specs[0].time_limit, self.progress)
         whole = area = sum(site.polygon.area for site in self.sites)
-        for site, spec in zip(self.sites, self.specs):
+        for i, (site, spec) in enumerate(zip(self.sites, self.specs)):
             seconds = max(1.0, deadline.left * site.polygon.area / area)
             begin = 1 - area / whole
             area -= site.polygon.area
             part = Share(self.progress, begin, 1 - area / whole)
             try:
-                self.plans.append(self._one(site, spec, seconds, part))
+                self.plans += self._one(site, spec, seconds, part)
             except CancelledError:
                 if not self.plans:
                     raise
-                left = len(self.sites) - len(self.plans) - len(self.failures)
+                left = len(self.sites) - i
                 self.progress.warn(f"Cancelled: {left} of {len(self.sites)} sites have no design.")
                 self.stopped = "cancelled"
                 return
@@ -143,10 +149,16 @@ class _Run:
                 self.progress.warn(f"{site.name}: {error}")
                 self.failures.append((site, error))
 
-    def _one(self, site: Site, spec: Specification, seconds: float, progress: Progress) -> SitePlan:
+    def _one(
+        self, site: Site, spec: Specification, seconds: float, progress: Progress
+    ) -> list[SitePlan]:
         own = self.wishes(site) if callable(self.wishes) else self.wishes
         own = own.of_site(site, self.sites) if own is not None else None
-        given = self.mesh(site) if self.mesh is not None else None
+        mesh = self.mesh(site) if self.mesh is not None else None
+        if own is not None and any(own.given.values()):
+            plans = _by_parts(site, spec, own, mesh, seconds, progress)
+            if plans:
+                return plans
         share = site.street_frontage.length / site.polygon.exterior.length
         if spec.sink_mode == "streets" and share < FEW_ROADS:
             progress.warn(
@@ -157,7 +169,37 @@ class _Run:
         if self.progress.cancelled():
             raise CancelledError("Cancelled before the first design.")
         _check_size(site, spec)
-        return plan_site(site, spec, own, given, seconds, progress)
+        return [plan_site(site, spec, own, mesh, seconds, progress)]
+
+
+def _by_parts(
+    site: Site,
+    spec: Specification,
+    wishes: Wishes,
+    mesh: QuadMesh | None,
+    seconds: float,
+    progress: Progress,
+) -> list[SitePlan]:
+    """Design the sub-regions between given streets; nothing where none lies in the site."""
+    division = divide(site, wishes, progress)
+    if division is None:
+        progress.warn(f"{site.name}: no given street lies in it; all levels are designed.")
+        return []
+    if mesh is not None:
+        # its lines are where they were drawn: the given streets are streets inside
+        kept = tuple(BoundaryStreet(street.line) for street in division.streets)
+        whole = dataclasses.replace(site, inner_streets=(*site.inner_streets, *kept))
+        division = dataclasses.replace(division, parts=(whole,))
+
+    def design(
+        part: Site, asked: Specification, own: Wishes, time: float, told: Progress
+    ) -> SitePlan:
+        if told.cancelled():
+            raise CancelledError("Cancelled before the first design.")
+        _check_size(part, asked)
+        return plan_site(part, asked, own, mesh, time, told, is_part=True)
+
+    return design_parts(division, spec, wishes, design, seconds, progress)
 
 
 def _check_size(site: Site, spec: Specification) -> None:
@@ -180,25 +222,37 @@ def plan_site(
     mesh: QuadMesh | None = None,
     seconds: float = 30.0,
     progress: Progress | None = None,
+    *,
+    is_part: bool = False,
 ) -> SitePlan:
-    """Design the streets of one site; parameters as in `design_streets`."""
+    """Design the streets of one site; parameters as in `design_streets`.
+
+    A sub-region of a site may do without streets: then nothing is said of it.
+    """
     progress = progress or Silent()
     deadline = Deadline(max(1.0, seconds), progress)
     plan = _best_plan(site, spec, wishes, mesh, deadline, progress)
-    if plan.segments:
+    if plan.network.level.any():
         return plan
-    if progress.cancelled():
+    if progress.cancelled() and not plan.segments:
         # There may be streets yet: nothing is said of why there are none.
         raise CancelledError("Cancelled before the first design.")
     if site.polygon.area <= LARGE * spec.block_width * spec.block_length:
-        progress.warn(
-            f"{site.name}: no street is needed: the site is no larger than a few blocks of "
-            f"{spec.block_width:g} m x {spec.block_length:g} m. Ask for smaller blocks."
-        )
+        if not plan.segments and not is_part:
+            progress.warn(
+                f"{site.name}: no street is needed: the site is no larger than a few blocks of "
+                f"{spec.block_width:g} m x {spec.block_length:g} m. Ask for smaller blocks."
+            )
         return plan
-    if spec.dead_ends == FORBID:
+    if spec.dead_ends == FORBID and not progress.cancelled():
         again = dataclasses.replace(spec, dead_ends=CUL_DE_SAC_PRICE)
-        plan = _best_plan(site, again, wishes, mesh, deadline, progress)
+        try:
+            other = _best_plan(site, again, wishes, mesh, deadline, progress)
+        except CancelledError:
+            if not plan.segments:
+                raise
+            return plan
+        plan = other if other.network.level.any() else plan
     if plan.segments:
         progress.warn(
             f"{site.name}: no street leads through, since most sides have no road. Streets that "
@@ -230,6 +284,9 @@ def _best_plan(
         own = wishes or Wishes()
         exits = own.sinks if spec.sink_mode == "points" else ()
         choices = mesh_choices(site, spec, arrivals, progress, own.required, exits)
+    if wishes is not None and wishes.start:
+        check_start(site, wishes.start, wishes.start_layer)
+        choices = [_mesh_of(choices, wishes.start)]
     tried: list[QuadMesh] = []
     best: tuple[float, SitePlan] | None = None
     failure: MeshError | None = None
@@ -261,6 +318,27 @@ def _best_plan(
     if best is None:
         raise failure or MeshError(f"No candidate mesh could be made of {site.name}.")
     return best[1]
+
+
+def _mesh_of(
+    choices: Sequence[Callable[[], QuadMesh]], lines: Sequence[LineString]
+) -> Callable[[], QuadMesh]:
+    """Return the mesh on which an earlier design lies best, as a function that gives it."""
+    made: list[QuadMesh] = []
+    failure: MeshError | None = None
+    for make in choices:
+        try:
+            one = make()
+        except MeshError as error:
+            failure = error
+            continue
+        # meshes of different sizes may be the same: then the first, as in the earlier run
+        if not any(same_mesh(one, other) for other in made):
+            made.append(one)
+    if not made:
+        raise failure or MeshError("No candidate mesh could be made of the site.")
+    best = min(made, key=lambda mesh: mesh_misfit(mesh, lines))
+    return lambda: best
 
 
 def _met(mesh: QuadMesh, arrivals: Sequence[AccessPoint]) -> QuadMesh:

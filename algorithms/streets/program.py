@@ -7,6 +7,7 @@ in the paper (CND section 4) a finer mesh, coverage and local rules decide alone
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +20,16 @@ from .preferences import coverage_ranges
 from .survey import Ground
 
 #: Levels in the output: 1 major, 2 collector, 3 local, 4 cul-de-sac.
-COLLECTOR, LOCAL = 2, 3
+MAJOR, COLLECTOR, LOCAL, CUL_DE_SAC = 1, 2, 3, 4
+#: Rules as in the paper: coverage of each level in edges of its mesh, and what a vertex without
+#: it costs. Cells of the culs-de-sac are so small that a place is worth two of them, no more.
+RANGES = {COLLECTOR: 2.0, LOCAL: 1.0}
+UNCOVERED = {COLLECTOR: 100.0, LOCAL: 100.0, CUL_DE_SAC: 2.0}
+#: What the blind end of a cul-de-sac costs: little, since a ring would be worse (mesh edges).
+BLIND_END = 0.5
+#: Ground further than this from every street needs a cul-de-sac (share of the block width): half
+#: a block, and a bit for blocks that are a little too wide.
+DEEP = 0.55
 #: From this many block widths of coverage range on, blocks may be any size.
 SPARSE = 1.25
 #: A strip between a street and a wall is of no use below this share of the block width, and the
@@ -72,6 +82,22 @@ class _Streets:
     active: BoolArray
 
 
+def asked_at(spec: Specification, level: int) -> Specification:
+    """Give the specification of a level.
+
+    Culs-de-sac have a coverage of their own, and may end blind for a small price.
+    """
+    asked, own = spec.at_level(level), spec.level_settings.get(level)
+    if level != CUL_DE_SAC:
+        return asked
+    if own is None or own.dead_ends is None:
+        asked = dataclasses.replace(asked, dead_ends=BLIND_END)
+    if own is None or own.coverage is None:
+        reach = DEEP * spec.block_width
+        asked = dataclasses.replace(asked, coverage=reach, coverage_unit="metres")
+    return asked
+
+
 def level_problem(
     ground: Ground, spec: Specification, level: int, above: BoolArray
 ) -> NetworkProblem:
@@ -84,11 +110,11 @@ def level_problem(
     spec
         What the planner asks.
     level
-        `COLLECTOR` or `LOCAL`.
+        `COLLECTOR`, `LOCAL` or, with the rules as in the paper, `CUL_DE_SAC`.
     above
         Shape (e,). Streets designed already.
     """
-    mesh = ground.mesh
+    mesh, spec = ground.mesh, asked_at(spec, level)
     existing = ground.street | above
     sinks = ground.sinks.copy()
     if above.any() and spec.sink_mode in ("streets", "boundary"):
@@ -223,13 +249,13 @@ def _paper(ground: Ground, spec: Specification, level: int, streets: _Streets) -
     """Apply the rules of CND section 4: coverage, local rules, length and distance."""
     radius = spec.coverage
     if radius is None:
-        radius = 2.0 if level == COLLECTOR else 1.0
+        radius = RANGES[level]
     return _problem(
         ground,
         spec,
         streets,
         cover_radius=radius,
-        cover_penalty=100.0,
+        cover_penalty=UNCOVERED[level],
         too_close=FORBID if spec.too_close is None else spec.too_close,
         zigzags=5.0 if spec.zigzags is None else spec.zigzags,
         patterns=[],

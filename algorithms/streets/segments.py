@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from shapely.geometry import LineString
 
 from .distances import node_distances
+from .hierarchy import blind_ends, with_culs_de_sac
 from .joints import Connector
 from .pieces import Piece
 from .survey import Ground
-
-#: Level of a street that ends blind.
-CUL_DE_SAC = 4
 
 
 @dataclass(frozen=True)
@@ -32,6 +28,10 @@ class Segment:
         Junctions at its ends, numbered as in `Piece`.
     dist_start, dist_end
         Network distance from each end to the nearest sink, metres.
+    blind
+        Whether it ends blind.
+    one_way
+        Whether traffic runs from start to end only; then only that end leads out.
     """
 
     line: LineString
@@ -40,15 +40,21 @@ class Segment:
     end: int
     dist_start: float
     dist_end: float
+    blind: bool = False
+    one_way: bool = False
 
     @property
     def distance(self) -> float:
         """Distance from the middle of the segment to the nearest sink, metres."""
+        if self.one_way:
+            return self.dist_end + float(self.line.length) / 2
         return min(self.dist_start, self.dist_end) + float(self.line.length) / 2
 
     @property
     def furthest(self) -> float:
         """Distance to the nearest sink from the segment's least favoured point, metres."""
+        if self.one_way:
+            return self.dist_end + float(self.line.length)
         return (self.dist_start + self.dist_end + float(self.line.length)) / 2
 
     @property
@@ -58,6 +64,8 @@ class Segment:
         From one end the way out grows linearly up to the divide, from the other likewise.
         """
         length = float(self.line.length)
+        if self.one_way:
+            return self.dist_end + length / 2
         if length == 0:
             return self.dist_start
         divide = min(max((self.dist_end - self.dist_start + length) / 2, 0.0), length)
@@ -68,6 +76,8 @@ class Segment:
     @property
     def direction(self) -> int:
         """1 where traffic descends along the line, -1 against it, 0 where it parts."""
+        if self.one_way:
+            return 1
         if abs(self.dist_start - self.dist_end) < 1e-6:
             return 0
         return 1 if self.dist_end < self.dist_start else -1
@@ -95,23 +105,17 @@ def segments(
         Junctions besides those of the mesh where traffic leaves.
     """
     distance = node_distances(ground, pieces, connectors, exits)
+    blind = blind_ends(ground, pieces)
     return [
-        Segment(p.line, p.level, p.start, p.end, distance[p.start], distance[p.end])
-        for p in _culs_de_sac(ground, pieces)
-    ]
-
-
-def _culs_de_sac(ground: Ground, pieces: Sequence[Piece]) -> list[Piece]:
-    """Give level 4 to streets that end blind."""
-    meeting = Counter(v for p in pieces for v in (p.start, p.end))
-    kept = set(ground.mesh.edges[ground.street].ravel().tolist())
-
-    def blind(v: int) -> bool:
-        if v < 0 or meeting[v] != 1 or v in kept:
-            return False
-        return v >= len(ground.sinks) or not ground.sinks[v]
-
-    return [
-        dataclasses.replace(p, level=CUL_DE_SAC) if blind(p.start) or blind(p.end) else p
-        for p in pieces
+        Segment(
+            p.line,
+            p.level,
+            p.start,
+            p.end,
+            distance[p.start],
+            distance[p.end],
+            not blind.isdisjoint((p.start, p.end)),
+            p.one_way,
+        )
+        for p in with_culs_de_sac(ground, pieces)
     ]

@@ -16,6 +16,7 @@ from ..site.types import AccessPoint, Site
 from .align import Alignment
 from .blocks import Block
 from .cross_streets import CrossStreet
+from .given_levels import Division
 from .joints import Connector
 from .levels import LevelledNetwork
 from .segments import Segment
@@ -27,12 +28,12 @@ ARRIVES, TURNS = 15.0, 40.0
 
 @dataclass(frozen=True, eq=False)
 class SitePlan:
-    """The street plan of one site, in its working CRS.
+    """The street plan of one site, or of one sub-region of it, in its working CRS.
 
     Attributes
     ----------
     site
-        The site.
+        The site; where given streets divide it, the sub-region.
     network
         Chosen mesh edges and how they were found.
     alignment
@@ -51,6 +52,9 @@ class SitePlan:
         Positions of mesh vertices that no street reaches within the coverage range.
     specification
         What was asked of this site.
+    division
+        How given streets divide the whole site, shared by the plans of its sub-regions; None
+        where there are none.
     """
 
     site: Site
@@ -63,6 +67,12 @@ class SitePlan:
     arrivals: tuple[AccessPoint, ...]
     uncovered: tuple[tuple[float, float], ...]
     specification: Specification
+    division: Division | None = None
+
+    @property
+    def whole(self) -> Site:
+        """The whole site."""
+        return self.site if self.division is None else self.division.site
 
     @property
     def continued(self) -> int:
@@ -84,7 +94,8 @@ class StreetPlan:
     Attributes
     ----------
     plans
-        One plan per site that could be designed.
+        One plan per site that could be designed; where given streets divide a site, one per
+        sub-region, one after the other.
     specification
         What was asked, of the first site where each has its own.
     seconds
@@ -100,6 +111,15 @@ class StreetPlan:
     seconds: float
     stopped: str = field(default="optimal")
     failures: tuple[tuple[Site, PlatwrightError], ...] = ()
+
+    @property
+    def by_site(self) -> list[list[SitePlan]]:
+        """The plans, those of the sub-regions of one site together."""
+        groups: list[list[SitePlan]] = []
+        for plan in self.plans:
+            same = groups and plan.division is not None and groups[-1][0].whole is plan.whole
+            groups = [*groups[:-1], [*groups[-1], plan]] if same else [*groups, [plan]]
+        return groups
 
     @property
     def numbers(self) -> dict[str, float]:
@@ -127,6 +147,21 @@ class StreetPlan:
             "stopped": self.stopped,
         }
         return json.dumps(result, sort_keys=True)
+
+
+def no_plan(site: Site, specification: Specification, error: PlatwrightError) -> StreetPlan:
+    """Return the plan of a run that gave none, for the layers that tell why.
+
+    Parameters
+    ----------
+    site
+        The site without a design.
+    specification
+        What was asked.
+    error
+        Why there is none.
+    """
+    return StreetPlan((), specification, 0.0, failures=((site, error),))
 
 
 def goes_on(point: AccessPoint, streets: Sequence[LineString]) -> bool:

@@ -16,6 +16,7 @@ from ..network.problem import BoolArray, FloatArray
 from ..network.specification import Specification
 from ..site.types import AccessPoint, Site
 from .adopt import existing_lines, right_of_way
+from .earlier import start_edges
 from .preferences import Preferences, check_elevation, edge_prices
 from .wishes import TOUCH, Wishes, nearest_vertex, required_edges, sink_vertex
 
@@ -62,6 +63,8 @@ class Ground:
         Where streets are wanted more or less.
     prices
         Shape (e,). Factors on the cost of streets that follow from the preferences.
+    start
+        Shape (e,). Edges along which an earlier design runs.
     """
 
     site: Site
@@ -77,6 +80,7 @@ class Ground:
     exits: dict[tuple[float, float], int] = field(default_factory=dict)
     preferences: Preferences = field(default_factory=Preferences)
     prices: FloatArray | None = None
+    start: BoolArray | None = None
 
     @property
     def free(self) -> BoolArray:
@@ -163,10 +167,10 @@ def survey(
     ends = _street_ends(site, mesh, spec, street, arrivals)
     ends[list(exits.values())] = True
     barred = closed | (_to_walls(mesh, ends) & ~street)
-    if adopted is not None and adopted.any():
+    if (adopted is not None and adopted.any()) or (site.inner_streets and wishes.given):
         barred |= _beside_streets(site, mesh) & ~street
     required = required_edges(site, mesh, barred | mesh.boundary_edges, wishes)
-    sinks = _sinks(site, mesh, spec, street, arrivals, exits)
+    sinks = _sinks(site, mesh, spec, street, arrivals, exits, wishes)
     return Ground(
         site,
         mesh,
@@ -181,6 +185,7 @@ def survey(
         exits,
         wishes.preferences,
         edge_prices(mesh, wishes.preferences, spec.slope_weight),
+        start_edges(mesh, wishes.start) if wishes.start else None,
     )
 
 
@@ -296,6 +301,7 @@ def _sinks(
     street: BoolArray,
     arrivals: dict[int, AccessPoint],
     exits: dict[tuple[float, float], int],
+    wishes: Wishes,
 ) -> BoolArray:
     """Mark the vertices where traffic leaves."""
     mark = np.zeros(len(mesh.vertices), dtype=np.bool_)
@@ -319,6 +325,12 @@ def _sinks(
     else:
         mark[list(exits.values())] = True
         remedy = "Give sink points inside the site or at its edge."
+    # whoever reaches a given street of a level above has arrived (CND section 5.1)
+    above = [line for level, lines in wishes.given.items() if level < 4 for line in lines]
+    if above:
+        given = shapely.union_all(np.array(above, dtype=object))
+        on_given = shapely.distance(shapely.points(mesh.vertices), given) < 1.0
+        mark |= on_given & mesh.boundary_vertices
     if not mark.any():
         raise InputError(
             "Nowhere does traffic leave this site: there is no sink.",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import networkx as nx
@@ -36,6 +36,13 @@ class Wishes:
         Lines or polygons that no street may cross or follow.
     preferences
         Where streets are wanted more or less, patches and through routes.
+    start, start_layer
+        Streets of an earlier design, with which the search begins, and the name of their layer.
+    given
+        Streets that are given instead of designed, by their level (1 major, 2 collector, 3
+        local, 4 cul-de-sac).
+    given_ids, given_layers
+        Their feature ids and layer names by level, for messages.
     sink_ids, required_ids, sink_layer, required_layer
         Feature ids and layer names of the sinks and required lines, for messages.
     """
@@ -46,8 +53,13 @@ class Wishes:
     sink_ids: Sequence[int | str] = ()
     required_ids: Sequence[int | str] = ()
     preferences: Preferences = field(default_factory=Preferences)
+    start: Sequence[LineString] = ()
+    start_layer: str = "Earlier design"
     sink_layer: str = "Sinks"
     required_layer: str = "Required streets"
+    given: Mapping[int, Sequence[LineString]] = field(default_factory=dict)
+    given_ids: Mapping[int, Sequence[int | str]] = field(default_factory=dict)
+    given_layers: Mapping[int, str] = field(default_factory=dict)
 
     def sink_id(self, i: int) -> int | str:
         """Feature id of a sink, its number where none is given."""
@@ -56,6 +68,15 @@ class Wishes:
     def required_id(self, i: int) -> int | str:
         """Feature id of a required line, its number where none is given."""
         return self.required_ids[i] if i < len(self.required_ids) else i
+
+    def given_id(self, level: int, i: int) -> int | str:
+        """Feature id of a given street, its number where none is given."""
+        ids = self.given_ids.get(level, ())
+        return ids[i] if i < len(ids) else i
+
+    def given_layer(self, level: int) -> str:
+        """Name of the layer of the given streets of a level."""
+        return self.given_layers.get(level, f"Given streets of level {level}")
 
     def of_site(self, site: Site, sites: Sequence[Site]) -> Wishes:
         """Keep the sinks and required lines that belong to one of several sites.
@@ -77,15 +98,21 @@ class Wishes:
 
         sinks = [i for i, xy in enumerate(self.sinks) if own(Point(xy))]
         lines = [i for i, line in enumerate(self.required) if own(line)]
+        given = {n: [i for i, line in enumerate(s) if own(line)] for n, s in self.given.items()}
         return Wishes(
             sinks=[self.sinks[i] for i in sinks],
             required=[self.required[i] for i in lines],
             forbidden=self.forbidden,
             preferences=self.preferences,
+            start=[line for line in self.start if own(line)],
+            start_layer=self.start_layer,
             sink_ids=[self.sink_id(i) for i in sinks],
             required_ids=[self.required_id(i) for i in lines],
             sink_layer=self.sink_layer,
             required_layer=self.required_layer,
+            given={n: [self.given[n][i] for i in places] for n, places in given.items()},
+            given_ids={n: [self.given_id(n, i) for i in places] for n, places in given.items()},
+            given_layers=self.given_layers,
         )
 
 

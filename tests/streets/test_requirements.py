@@ -1,0 +1,195 @@
+"""What is asked of the network as a whole, on whole plans; judged with plain graphs."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import networkx as nx
+import numpy as np
+import pytest
+import shapely
+from platwright.errors import InputError
+from platwright.network.specification import Specification
+from platwright.network.validation import check_design
+from platwright.streets import Preferences, StreetPlan, Wishes, design_streets, plan_layers
+from shapely.geometry import LineString
+
+from .conftest import make_site
+
+PAPER = Specification(rules="paper", block_width=108.0, levels=1, gap=0.0, time_limit=20.0)
+
+
+def plan_of(site, spec, **wishes):
+    plan = design_streets([site], spec, wishes=Wishes(**wishes)).plans[0]
+    for solved in plan.network.solved:
+        assert not [v for v in check_design(solved.problem, solved.design.active) if v.hard]
+    return plan
+
+
+def graph_of(plan, existing=True):
+    """Streets of the mesh as a graph of vertices."""
+    ground = plan.network.ground
+    streets = plan.network.level > 0
+    if existing:
+        streets = streets | ground.street
+    graph = nx.Graph()
+    for e in np.flatnonzero(streets).tolist():
+        graph.add_edge(*ground.mesh.edges[e].tolist(), length=float(ground.mesh.lengths[e]))
+    return graph
+
+
+def chosen(plan):
+    return plan.network.level > 0
+
+
+def exits_of(plan):
+    """Vertices on existing streets that new streets touch."""
+    ground = plan.network.ground
+    old = set(ground.mesh.edges[ground.street].ravel().tolist())
+    new = set(ground.mesh.edges[chosen(plan)].ravel().tolist())
+    return old & new
+
+
+@pytest.mark.parametrize("rules", ["planner", "paper"])
+@pytest.mark.parametrize("levels", [1, 2])
+def test_no_more_exits_than_asked(rules, levels):
+    site = make_site(shapely.box(0, 0, 432, 360))
+    spec = Specification(rules=rules, levels=levels, exits=3, time_limit=20.0)
+    plan = plan_of(site, spec)
+    assert 2 <= len(exits_of(plan)) <= 3
+    assert plan.segments
+
+
+@pytest.mark.parametrize("levels", [1, 2])
+def test_the_length_budget_is_kept(levels):
+    site = make_site(shapely.box(0, 0, 432, 360))
+    free = plan_of(site, Specification(levels=levels))
+    whole = sum(s.line.length for s in free.segments)
+    plan = plan_of(site, Specification(levels=levels, length_budget=0.6 * whole))
+    spent = float(plan.network.ground.mesh.lengths[chosen(plan)].sum())
+    assert 0 < spent <= 0.6 * whole + 0.01
+    assert sum(s.line.length for s in plan.segments) <= 0.65 * whole
+
+
+@pytest.mark.parametrize("levels", [1, 2])
+def test_no_junction_is_farther_from_an_exit_than_asked(levels):
+    site = make_site(shapely.box(0, 0, 432, 432), frontage=[LineString([(0, 0), (432, 0)])])
+    spec = dataclasses.replace(PAPER, levels=levels, max_distance=600.0)
+    plan = plan_of(site, spec)
+    sinks = set(np.flatnonzero(plan.network.ground.sinks).tolist())
+    graph = graph_of(plan)
+    far = nx.multi_source_dijkstra_path_length(graph, sinks & set(graph), weight="length")
+    ends = set(plan.network.ground.mesh.edges[chosen(plan)].ravel().tolist())
+    assert max(far[v] for v in ends) <= 600.0 + 1e-3
+
+
+def test_links_make_ways_within_the_site_short():
+    site = make_site(shapely.box(0, 0, 432, 432))
+    within = dataclasses.replace(PAPER, traffic="within", patch_size=144.0)
+    plan = plan_of(site, within)
+    links = [r for s in plan.network.solved for r in s.problem.requirements if r.kind == "link"]
+    assert len(links) >= 6
+    graph = graph_of(plan)
+    for link in links:
+        assert nx.shortest_path_length(graph, link.start, link.end) <= link.limit
+
+
+def test_drawn_patches_are_those_that_are_linked():
+    site = make_site(shapely.box(0, 0, 432, 432))
+    halves = [(shapely.box(0, 0, 216, 432), 3), (shapely.box(216, 0, 432, 432), 4)]
+    spec = dataclasses.replace(PAPER, traffic="within")
+    plan = plan_of(site, spec, preferences=Preferences(partition=halves))
+    links = [r for s in plan.network.solved for r in s.problem.requirements if r.kind == "link"]
+    assert len(links) == 1
+    x = plan.network.ground.mesh.vertices[[links[0].start, links[0].end], 0]
+    assert x.min() < 216 < x.max()
+
+
+def test_a_patch_that_is_missing_is_named():
+    site = make_site(shapely.box(0, 0, 432, 432))
+    half = Preferences(partition=[(shapely.box(0, 0, 216, 432), 3)], partition_layer="Parts")
+    spec = dataclasses.replace(PAPER, traffic="within")
+    with pytest.raises(InputError, match="belong to no patch") as caught:
+        plan_of(site, spec, preferences=half)
+    assert "Parts" in str(caught.value)
+
+
+def test_traffic_through_the_site_has_a_route_without_branches():
+    site = make_site(shapely.box(0, 0, 432, 432))
+    route = LineString([(144, -5), (200, 200), (144, 440)])
+    spec = dataclasses.replace(PAPER, traffic="through", detour=0.0)
+    plan = plan_of(site, spec, preferences=Preferences(routes=[(route, 9)]))
+    graph = graph_of(plan, existing=False)
+    xy = plan.network.ground.mesh.vertices
+    start = min(exits_of(plan), key=lambda v: np.hypot(*(xy[v] - (144, 0))))
+    end = min(exits_of(plan), key=lambda v: np.hypot(*(xy[v] - (144, 432))))
+    path = nx.shortest_path(graph, start, end)
+    assert all(graph.degree(v) == 2 for v in path[1:-1])
+    assert sum(graph[u][v]["length"] for u, v in zip(path, path[1:])) < 440
+
+
+def test_a_route_that_ends_inside_is_refused():
+    site = make_site(shapely.box(0, 0, 432, 432))
+    route = Preferences(routes=[(LineString([(216, 0), (216, 216)]), 9)], route_layer="Routes")
+    with pytest.raises(InputError, match="from the edge of the site") as caught:
+        plan_of(site, dataclasses.replace(PAPER, traffic="through"), preferences=route)
+    assert "Routes" in str(caught.value)
+    assert "9" in str(caught.value)
+
+
+@pytest.mark.parametrize("rules", ["planner", "paper"])
+def test_for_one_way_streets_no_street_is_the_only_way(rules):
+    south = LineString([(0, 0), (432, 0)])
+    site = make_site(shapely.box(0, 0, 432, 288), frontage=[south])
+    spec = Specification(rules=rules, one_way="all", time_limit=20.0)
+    plan = plan_of(site, spec)
+    graph = graph_of(plan)
+    hub = [v for v in np.flatnonzero(plan.network.ground.sinks).tolist() if v in graph]
+    for v in hub:
+        nx.add_path(graph, [v, ("a", v), "hub", ("b", v), v])
+    mesh = plan.network.ground.mesh
+    new = {frozenset(pair) for pair in mesh.edges[chosen(plan)].tolist()}
+    assert plan.segments
+    assert not [b for b in nx.bridges(graph) if frozenset(b) in new]
+
+
+def test_junctions_keep_their_distance():
+    site = make_site(shapely.box(0, 0, 432, 432))
+    spec = dataclasses.replace(PAPER, junction_spacing=60.0)
+    plan = plan_of(site, spec)
+    graph = graph_of(plan)
+    many = [v for v in graph if graph.degree(v) >= 3]
+    new = set(plan.network.ground.mesh.edges[chosen(plan)].ravel().tolist())
+    for i, u in enumerate(many):
+        near = nx.single_source_dijkstra_path_length(graph, u, cutoff=59.9, weight="length")
+        others = [v for v in many[i + 1 :] if v in near and (u in new or v in new)]
+        assert not others
+
+
+@pytest.mark.parametrize("rules", ["planner", "paper"])
+def test_one_way_streets_lead_out_and_in(rules):
+    site = make_site(shapely.box(0, 0, 432, 360))
+    plan = plan_of(site, Specification(rules=rules, one_way="all", time_limit=20.0))
+    streets = plan_layers(StreetPlan((plan,), plan.specification, 1.0))["streets"]
+    new = streets[streets["status"] == "new"]
+    single = new["oneway"].astype(bool)
+    assert new.loc[single, "length_m"].sum() > 0.6 * new["length_m"].sum()
+    graph = nx.DiGraph()
+    edge = site.polygon.boundary
+    for _, row in new.iterrows():
+        ends = [tuple(np.round(row.geometry.coords[i], 2)) for i in (0, -1)]
+        ends = ["out" if edge.distance(shapely.Point(xy)) < 0.5 else xy for xy in ends]
+        graph.add_edge(*ends)
+        if not row["oneway"]:
+            graph.add_edge(*ends[::-1])
+    assert nx.is_strongly_connected(graph)
+    lengths = {}
+    for _, row in new.iterrows():
+        assert row["dist_to_sink_m"] >= row["length_m"] / 2 - 0.01
+        lengths[row["street_id"]] = row["dist_end_m"]
+    assert max(lengths.values()) < 2000
+
+
+def test_two_way_streets_stay_so_without_the_wish(square):
+    plan = plan_of(square, Specification())
+    assert not any(s.one_way for s in plan.segments)
