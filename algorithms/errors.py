@@ -6,6 +6,11 @@ adapter can show it as it is.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .network.whynot import Diagnosis
+
 
 class PlatwrightError(Exception):
     """Base of every error that the library raises on purpose."""
@@ -52,7 +57,20 @@ class MeshError(PlatwrightError):
 
 
 class InfeasibleError(PlatwrightError):
-    """No design satisfies what was asked; the text names the rules in conflict."""
+    """No design satisfies what was asked; the text names the rules in conflict.
+
+    Parameters
+    ----------
+    text
+        Why, in sentences.
+    diagnosis
+        The same as data, with places for a map (`network.whynot.Diagnosis`), or None where no
+        design was found in time and none is proven impossible.
+    """
+
+    def __init__(self, text: str, diagnosis: Diagnosis | None = None) -> None:
+        super().__init__(text)
+        self.diagnosis = diagnosis
 
 
 class MissingDependencyError(PlatwrightError):

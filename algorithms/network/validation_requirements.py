@@ -11,10 +11,26 @@ from typing import Any
 
 from .problem import NetworkProblem
 from .requirements.base import Requirement
+from .requirements.budget import LengthBudget
+from .requirements.exits import ExitCount
+from .requirements.links import Link
+from .requirements.reach import MaxDistance
+from .requirements.spacing import JunctionSpacing
+from .requirements.twoways import TwoWays
 from .validation_facts import Facts, Violation
+from .validation_limits import check_budget, check_distance, check_exits, check_spacing
+from .validation_links import check_link
+from .validation_oneway import check_two_ways
 
 #: Type of requirement -> function that lists its violations, one per unit of cost.
-CHECKS: dict[type, Callable[[Any, NetworkProblem, Facts], list[Violation]]] = {}
+CHECKS: dict[type, Callable[[Any, NetworkProblem, Facts], list[Violation]]] = {
+    ExitCount: check_exits,
+    JunctionSpacing: check_spacing,
+    LengthBudget: check_budget,
+    Link: check_link,
+    MaxDistance: check_distance,
+    TwoWays: check_two_ways,
+}
 
 
 def check_requirements(problem: NetworkProblem, facts: Facts) -> list[Violation]:

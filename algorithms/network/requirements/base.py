@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -75,6 +76,10 @@ class Requirement(ABC):
     @abstractmethod
     def add_to_mip(self, model: NetworkModel) -> None:
         """Write the requirement into a mixed-integer program, exactly."""
+
+    def places(self, view: View) -> Sequence[int]:  # noqa: ARG002
+        """Return vertices near which a change may mend violations; none: anywhere may."""
+        return ()
 
     def without(self, problem: NetworkProblem) -> Requirement | None:  # noqa: ARG002
         """Return what is left of it when a problem is cut down to fewer candidate edges.
