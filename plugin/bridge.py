@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from qgis.core import (
+    Qgis,
     QgsCoordinateReferenceSystem,
     QgsFeature,
     QgsFeatureRequest,
@@ -14,6 +15,8 @@ from qgis.core import (
     QgsFields,
     QgsGeometry,
     QgsProcessingFeatureSource,
+    QgsRasterLayer,
+    QgsRectangle,
     QgsWkbTypes,
 )
 
@@ -109,6 +112,58 @@ def read_source(source: QgsProcessingFeatureSource, progress: FeedbackProgress) 
     table = pandas.DataFrame(rows, columns=names, index=ids)
     shapes = shapely.from_wkb(wkb, on_invalid="ignore") if wkb else []
     return geopandas.GeoDataFrame(table, geometry=shapes, crs=crs_text(source.sourceCrs()))
+
+
+#: A raster is read at no more than this many cells in each direction.
+RASTER_CELLS = 2000
+
+
+def read_raster(layer: QgsRasterLayer, around: QgsRectangle) -> Any:
+    """Return the first band of a raster layer around a place as a `HeightGrid`, or None.
+
+    Parameters
+    ----------
+    layer
+        The raster.
+    around
+        Which part is read, in the CRS of the raster; fine rasters are read more coarsely.
+
+    Returns
+    -------
+    HeightGrid or None
+        None where the raster does not reach the place.
+    """
+    import numpy
+
+    from ..algorithms.streets import HeightGrid
+
+    step_x, step_y = layer.rasterUnitsPerPixelX(), layer.rasterUnitsPerPixelY()
+    # a cell more on each side, for what lies between the middles of cells
+    around = QgsRectangle(around)
+    around.set(
+        around.xMinimum() - step_x,
+        around.yMinimum() - step_y,
+        around.xMaximum() + step_x,
+        around.yMaximum() + step_y,
+    )
+    part = around.intersect(layer.extent())
+    if part.isEmpty():
+        return None
+    columns = max(1, min(RASTER_CELLS, round(part.width() / step_x)))
+    rows = max(1, min(RASTER_CELLS, round(part.height() / step_y)))
+    block = layer.dataProvider().block(1, part, columns, rows)
+    block.convert(Qgis.DataType.Float64)
+    values = numpy.frombuffer(bytes(block.data()), dtype=float).reshape(rows, columns).copy()
+    if block.hasNoDataValue():
+        values[values == block.noDataValue()] = numpy.nan
+    return HeightGrid(
+        values,
+        part.xMinimum(),
+        part.yMaximum(),
+        part.width() / columns,
+        part.height() / rows,
+        crs_text(layer.crs()),
+    )
 
 
 _CASTS = {"integer": int, "number": float, "text": str, "yes/no": bool}

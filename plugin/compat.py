@@ -65,6 +65,9 @@ ADVANCED = _first(
 OPTIONAL = _first(
     "Qgis.ProcessingParameterFlag.Optional", "QgsProcessingParameterDefinition.Flag.FlagOptional"
 )
+NUMERIC_FIELD = _first(
+    "Qgis.ProcessingFieldParameterDataType.Numeric", "QgsProcessingParameterField.DataType.Numeric"
+)
 POSITIVE_NUMBER = _first("QgsPropertyDefinition.StandardPropertyTemplate.DoublePositive")
 SKIP_VALIDITY_CHECK = _first(
     "Qgis.ProcessingFeatureSourceFlag.SkipGeometryValidityChecks",

@@ -94,7 +94,11 @@ STREETS = LayerKind(
         Field("street_id", "integer", "number of the street, from 1"),
         _SITE_ID,
         Field("level", "integer", "1 major, 2 collector, 3 local, 4 cul-de-sac"),
-        Field("status", "text", "new, existing, or connector (to the road outside)"),
+        Field(
+            "status",
+            "text",
+            "new, existing, given (from a layer of streets), or connector (to the road outside)",
+        ),
         Field("length_m", "number", "length in metres"),
         Field("dist_to_sink_m", "number", "shortest way to leave the site, mean of both ends, m"),
         Field("dist_start_m", "number", "the same from the first point of the line, m"),
@@ -102,6 +106,9 @@ STREETS = LayerKind(
         Field("direction", "integer", "way out: 1 along the line, -1 against it, 0 level"),
         Field("speed_kmh", "number", "design speed in km/h"),
         Field("name", "text", "name of the street, where it has one"),
+        Field("level_name", "text", "major, collector, local or cul-de-sac"),
+        Field("turning_m", "number", "radius of the turning circle at a blind end, m"),
+        Field("oneway", "yes/no", "traffic runs only in the direction of the line"),
     ),
     "streets",
 )

@@ -9,12 +9,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from qgis.core import (
+    QgsProcessingParameterBoolean,
     QgsProcessingParameterDefinition,
     QgsProcessingParameterEnum,
     QgsProcessingParameterExtent,
     QgsProcessingParameterFeatureSink,
     QgsProcessingParameterFeatureSource,
+    QgsProcessingParameterField,
     QgsProcessingParameterNumber,
+    QgsProcessingParameterRasterLayer,
     QgsPropertyDefinition,
 )
 
@@ -132,6 +135,32 @@ def choice(
     meanings = "; ".join(f"{word}: {meaning}" for word, meaning in choices.items())
     definition = QgsProcessingParameterEnum(key, text, list(choices), False, default, False, True)
     return _finish(definition, f"{help_text} {meanings}. Default: {default}.", advanced)
+
+
+def field(
+    key: str, text: str, help_text: str, parent: str, *, advanced: bool = True
+) -> QgsProcessingParameterDefinition:
+    """Declare an optional numeric field of the layer parameter `parent`."""
+    definition = QgsProcessingParameterField(
+        key, text, None, parent, compat.NUMERIC_FIELD, False, True
+    )
+    return _finish(definition, f"{help_text} Optional.", advanced)
+
+
+def raster(
+    key: str, text: str, help_text: str, *, advanced: bool = True
+) -> QgsProcessingParameterDefinition:
+    """Declare an optional raster layer."""
+    definition = QgsProcessingParameterRasterLayer(key, text, None, True)
+    return _finish(definition, f"{help_text} Optional.", advanced)
+
+
+def flag(
+    key: str, text: str, help_text: str, *, default: bool, advanced: bool = False
+) -> QgsProcessingParameterDefinition:
+    """Declare a yes or no."""
+    definition = QgsProcessingParameterBoolean(key, text, default, False)
+    return _finish(definition, f"{help_text} Default: {'yes' if default else 'no'}.", advanced)
 
 
 def extent(

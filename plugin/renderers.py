@@ -68,7 +68,7 @@ def _by_value(field: str, entries: Sequence[tuple[Any, str, QgsSymbol]]) -> QgsF
 
 def _streets() -> QgsFeatureRenderer:
     renderer = _by_value(
-        "if(\"status\" = 'new', \"level\", 'existing')",
+        "if(\"status\" in ('new', 'given'), \"level\", 'existing')",
         [
             ("existing", "existing", _line(GREY, 1.0)),
             (1, "major", _line("#8e2b1d", 1.9)),

@@ -13,6 +13,7 @@ from qgis.core import (
     QgsProcessingParameterDefinition,
     QgsProcessingParameterEnum,
     QgsProperty,
+    QgsRasterLayer,
 )
 
 from ..algorithms.errors import InputError
@@ -125,6 +126,37 @@ class Request:
                 )
             self._sources[key] = source
         return self._sources[key]
+
+    def flag(self, key: str) -> bool:
+        """Return a yes or no."""
+        return bool(self.tool.parameterAsBool(self.parameters, key, self.context))
+
+    def field(self, key: str, usual: str = "") -> str:
+        """Return the name of a field of an input layer; `usual` where none is chosen."""
+        return str(self.tool.parameterAsString(self.parameters, key, self.context) or usual)
+
+    def raster(self, key: str) -> QgsRasterLayer | None:
+        """Return a raster layer, or None where none is given.
+
+        Raises
+        ------
+        InputError
+            Something is given that is no raster layer, or it has no CRS.
+        """
+        layer = self.tool.parameterAsRasterLayer(self.parameters, key, self.context)
+        title = self.tool.parameterDefinition(key).description()
+        if layer is None and self.has(key):
+            raise InputError(
+                f"{title}: no such raster layer, or it cannot be read ({self.parameters[key]}).",
+                "Choose a raster that opens in QGIS.",
+            )
+        if layer is not None and not layer.crs().isValid():
+            raise InputError(
+                "It has no coordinate reference system.",
+                "Assign one with Layer > Set CRS of Layer(s) and run again.",
+                layer=layer.name(),
+            )
+        return layer
 
     def name(self, key: str) -> str:
         """Return the name of an input layer, or what the parameter is called."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping
@@ -16,9 +17,12 @@ from ..outputs import Result
 from ..progress import FeedbackProgress
 from ..request import Request
 from ..tool import Tool
-from . import persite, rules, siteinputs
+from . import functions, persite, rules, siteinputs
 from .designcheck import check_design
 from .validatenetwork import describe
+
+#: Layers that name places on top of the site.
+LINES_AND_PLACES = ("SINKS", "REQUIRED", "FORBIDDEN", "START", "GIVEN")
 
 
 class DesignStreets(Tool):
@@ -89,7 +93,7 @@ class DesignStreets(Tool):
         yield siteinputs.obstacles()
         yield from rules.block_size()
         yield rules.sink_mode()
-        yield rules.time_limit()
+        yield functions.traffic()
         yield rules.sinks()
         yield siteinputs.access_points()
         yield parameters.layer(
@@ -117,6 +121,15 @@ class DesignStreets(Tool):
             optional=True,
             advanced=True,
         )
+        yield parameters.layer(
+            "START",
+            "Earlier design",
+            "Streets of an earlier design of this site: the search begins with them, so that a "
+            "small change of what is asked takes a small time.",
+            "line",
+            optional=True,
+            advanced=True,
+        )
         yield from siteinputs.snapping(advanced=True)
         yield parameters.number(
             "EDGE_LENGTH",
@@ -126,13 +139,16 @@ class DesignStreets(Tool):
             minimum=1.0,
             advanced=True,
         )
+        yield from functions.inputs()
         yield from rules.rule_set()
         yield from rules.weights()
+        yield rules.time_limit()
         yield from rules.search()
 
     def check(self, request: Request) -> None:
         """Check the specification and that given exits are given."""
-        specification = rules.specification(request)
+        specification = specification_of(request)
+        functions.check(request)
         if specification.sink_mode == "points" and not request.has("SINKS"):
             raise InputError(
                 "Streets are to leave the site at given points, but no layer of points is given.",
@@ -142,23 +158,28 @@ class DesignStreets(Tool):
     def compute(self, request: Request, progress: FeedbackProgress) -> Result:
         """Prepare the sites, design all of them and collect the layers."""
         from ...algorithms.site import site_layers
-        from ...algorithms.streets import design_streets, plan_layers
+        from ...algorithms.streets import NoDesignError, design_streets, no_plan, plan_layers
 
-        specification = rules.specification(request)
+        specification = specification_of(request)
         presets.tell(request, progress)
         prepared = siteinputs.prepared_sites(request, progress.part(0.0, 0.1))
         asked = _asked(request, specification, prepared.sites, progress)
         reading = progress.part(0.1, 0.12)
-        given = {key: request.frame(key, reading) for key in ("SINKS", "REQUIRED", "FORBIDDEN")}
-        wishes = _wishes(request, given)
+        given = {key: request.frame(key, reading) for key in LINES_AND_PLACES}
+        wishes = _wishes(request, given, functions.preferences(request, reading))
         of_site = {site.site_id: own for site, own in zip(prepared.sites, asked)}
-        plan = design_streets(
-            prepared.sites,
-            lambda site: of_site[site.site_id],
-            wishes=wishes,
-            mesh=_given_mesh(request, progress.part(0.12, 0.14)),
-            progress=progress.part(0.14, 0.97),
-        )
+        try:
+            plan = design_streets(
+                prepared.sites,
+                lambda site: of_site[site.site_id],
+                wishes=wishes,
+                mesh=_given_mesh(request, progress.part(0.12, 0.14)),
+                progress=progress.part(0.14, 0.97),
+            )
+        except NoDesignError as error:
+            # the reasons are worth a map: the layer of problems tells where they lie
+            progress.warn(f"{error} The layer of problems shows the places.")
+            plan = no_plan(prepared.sites[0], specification, error)
         if plan.stopped == "cancelled":
             gap = plan.numbers["ACHIEVED_GAP"]
             progress.warn(
@@ -176,12 +197,18 @@ class DesignStreets(Tool):
             crs=request.crs("INPUT"),
             layers={key: found[kind.key] for key, kind in self.layers.items()},
             numbers={
-                **plan.numbers,
+                **(plan.numbers if plan.plans else dict.fromkeys(plan.numbers, math.nan)),
                 "VIOLATIONS": math.nan if report is None else report.violations,
             },
             specification=persite.record(specification, prepared.sites, asked),
             keep=True,
         )
+
+
+def specification_of(request: Request) -> Any:
+    """Return the `Specification` that all parameters together ask for."""
+    base = rules.specification(request)
+    return dataclasses.replace(base, **functions.specification(request))
 
 
 def _asked(request: Request, base: Any, sites: Any, progress: FeedbackProgress) -> list[Any]:
@@ -202,7 +229,9 @@ def _joined(*layers: Any) -> Any:
     return pandas.concat(full, ignore_index=True) if full else layers[0]
 
 
-def _wishes(request: Request, given: Mapping[str, Any]) -> Callable[[Any], Any]:
+def _wishes(
+    request: Request, given: Mapping[str, Any], preferences: Callable[[Any], Any]
+) -> Callable[[Any], Any]:
     """Return a function that gives the wishes about a site in its working CRS."""
     from ...algorithms.streets import Wishes
 
@@ -210,6 +239,8 @@ def _wishes(request: Request, given: Mapping[str, Any]) -> Callable[[Any], Any]:
         frame = given[key]
         if frame is None:
             return {}
+        if key == "START" and "status" in frame.columns:
+            frame = frame[frame["status"] == "new"]
         parts = frame.geometry.to_crs(crs).explode(index_parts=False)
         return parts[~(parts.isna() | parts.is_empty)]
 
@@ -219,6 +250,10 @@ def _wishes(request: Request, given: Mapping[str, Any]) -> Callable[[Any], Any]:
             sinks=[(point.x, point.y) for _, point in sinks.items()],
             required=[line for _, line in required.items()],
             forbidden=[shape for _, shape in shapes("FORBIDDEN", site.crs).items()],
+            preferences=preferences(site),
+            start=[line for _, line in shapes("START", site.crs).items()],
+            start_layer=request.name("START"),
+            **functions.given_streets(request, given["GIVEN"], site.crs),
             sink_ids=[feature for feature, _ in sinks.items()],
             required_ids=[feature for feature, _ in required.items()],
             sink_layer=request.name("SINKS"),

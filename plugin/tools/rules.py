@@ -26,6 +26,7 @@ RULE_SETS = {
 COVERAGE_UNITS = {
     "mesh edges": ("edges", "counted along the candidate mesh"),
     "metres": ("metres", "measured along the candidate mesh"),
+    "metres straight": ("straight", "metres as the crow flies"),
 }
 SOLVERS = {
     "automatic": ("auto", "CP-SAT where it is installed, else HiGHS"),
@@ -254,6 +255,7 @@ def time_limit() -> QgsProcessingParameterDefinition:
         default=30.0,
         minimum=1.0,
         maximum=86400.0,
+        advanced=True,
     )
 
 

@@ -265,10 +265,20 @@ def test_the_rules_reach_the_library(toolbox, package, monkeypatch):
             "GAP": 0.05,
             "SEED": 9,
             "SOLVER": "HiGHS",
+            "CUL_DE_SACS": True,
+            "TRAFFIC": "through the site",
+            "PATCH_SIZE": 300,
+            "DETOUR": 1,
+            "EXITS": 3,
+            "LENGTH_BUDGET": 5000,
+            "MAX_DISTANCE": 400,
+            "JUNCTION_SPACING": 50,
+            "ONE_WAY": "local streets",
+            "SLOPE_WEIGHT": 2,
         },
         QgsProcessingContext(),
     )
-    made = json.loads(package("plugin.tools.rules").specification(request).to_json())
+    made = json.loads(package("plugin.tools.designstreets").specification_of(request).to_json())
     assert made == {
         "block_width": 60,
         "block_length": 120,
@@ -291,6 +301,20 @@ def test_the_rules_reach_the_library(toolbox, package, monkeypatch):
         "gap": 0.05,
         "seed": 9,
         "solver": "highs",
+        "cul_de_sacs": True,
+        "cul_de_sac_length": 150,
+        "turning_radius": 9,
+        "level_settings": {},
+        "traffic": "through",
+        "patch_size": 300,
+        "detour": 1,
+        "links": None,
+        "exits": 3,
+        "length_budget": 5000,
+        "max_distance": 400,
+        "junction_spacing": 50,
+        "one_way": "local",
+        "slope_weight": 2,
     }
 
 
@@ -301,7 +325,7 @@ def test_defaults_are_those_of_the_library(toolbox, package):
         toolbox.tool("designstreets"), {}, QgsProcessingContext()
     )
     specification = package("algorithms.network.specification").Specification
-    assert package("plugin.tools.rules").specification(request) == specification()
+    assert package("plugin.tools.designstreets").specification_of(request) == specification()
 
 
 def test_outputs_that_nobody_wants_are_not_made(toolbox):
