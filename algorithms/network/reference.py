@@ -5,7 +5,8 @@ half-edge. Open solvers prove next to nothing with it; `model` says the same wit
 equations are those of the paper with these additions: existing edges are active from the
 start; half-edges that leave a sink are left out, since nothing needs them; equation 10 is also
 demanded of the edge itself, since with one active half-edge only the literal form leaves the
-other end unchecked.
+other end unchecked. What is asked of the network as a whole beyond links is not in the paper
+and is written as in `model`.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ import numpy as np
 from .linear import LinearModel
 from .local import Term
 from .model import NetworkModel, add_cover
+from .reference_links import add_paths
+from .requirements.links import Link
 from .structure import Structure
 
 HalfEdge = tuple[int, int]
@@ -68,6 +71,11 @@ def reference_model(index: Structure) -> NetworkModel:
     for term in index.terms:
         if not (term.hard and term.kind == "dead end"):
             _configuration(model, term)
+    for requirement in index.problem.requirements:
+        if isinstance(requirement, Link):
+            add_paths(model, requirement)
+        else:
+            requirement.add_to_mip(model)
     linear.finish()
     return model
 

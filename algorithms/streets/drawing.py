@@ -72,8 +72,9 @@ def draw_plan(
         # where no program was solved, what encloses the ground stands for its streets
         if (pieces or not network.solved) and not only_mesh and not _counted(spec):
             cross = cross_streets(found, spec, around, progress)
-        if spec.cul_de_sacs:
-            cross += _blind(site, lines, found, cross, spec, around, progress)
+        if spec.cul_de_sacs and spec.length_budget is None and spec.junction_spacing is None:
+            blind = _blind(site, lines, found, cross, spec, around, progress)
+            cross += [street for street in blind if spec.exits is None or _inside(street, pieces)]
     if cross:
         pieces, added = add_cross_streets(pieces, cross, len(ground.mesh.vertices))
         met = _arrivals_met(cross, added)
@@ -157,6 +158,12 @@ def _blind(
         )
         found = blocks(site, [*lines, *map(_longer, built)])
     return culs_de_sac(found, spec, around, progress)
+
+
+def _inside(street: CrossStreet, pieces: Sequence[Piece]) -> bool:
+    """Whether a street leaves a new one, so that it needs no exit of its own."""
+    start = shapely.Point(street.line.coords[0])
+    return any(piece.line.distance(start) < BREATH for piece in pieces)
 
 
 def _arrivals_met(cross: Sequence[CrossStreet], pieces: Sequence[Piece]) -> dict[int, AccessPoint]:

@@ -20,6 +20,7 @@ from .adopt import existing_lines
 from .hierarchy import LEVEL_NAMES, speed_kmh
 from .joints import TIP, split_at
 from .site_plan import SitePlan, StreetPlan
+from .unmet import unmet_requirements
 from .why_not import NoDesignError
 
 #: Road classes (OpenStreetMap and common local ones) -> level of an existing street.
@@ -311,6 +312,10 @@ def _problems(plan: SitePlan) -> Iterable[Row]:
                 "left so: no street may end at a side of the site without a road; add the road "
                 "layer, raise the snap distance or let the whole boundary be the exit",
             )
+    for place, text in unmet_requirements(plan.network):
+        yield _problem(
+            plan, place, text, "left so: it would cost more than it is worth, or cannot be had"
+        )
     ground = plan.network.ground
     for xy, v in ground.exits.items():
         gap = math.dist(xy, plan.alignment.positions[v])

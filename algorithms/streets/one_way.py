@@ -7,6 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 import shapely
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import dijkstra
 from shapely.geometry import LineString
 
 from ..network.orientation import orient
@@ -34,7 +36,8 @@ def directed_pieces(
 ) -> list[Piece]:
     """Turn the pieces of one-way streets into their direction, where one-way streets are asked.
 
-    Streets that are no mesh lines, and those that are the only way to a place, stay two-way.
+    Streets that are no mesh lines, and those that are the only way to a place, stay two-way, and
+    so do those without which ways out were longer than the planner asks.
 
     Parameters
     ----------
@@ -53,8 +56,9 @@ def directed_pieces(
         return list(pieces)
     ground, active = network.ground, network.level > 0
     single = active if spec.one_way == "all" else network.level == LOCAL
+    problem = _problem(network, spec)
     found = orient(
-        _problem(network, spec),
+        problem,
         active,
         single,
         seed=spec.seed,
@@ -67,7 +71,53 @@ def directed_pieces(
             f"{ground.site.name}: {length:.0f} m of new streets stay two-way, since each is the "
             "only way to a place."
         )
-    return _along(pieces, alignment, found.direction)
+    direction = found.direction
+    if spec.max_distance is not None:
+        direction = _kept_near(
+            problem, active, direction, spec.max_distance / ground.mesh.edge_length
+        )
+        opened = (found.direction != 0) & (direction == 0)
+        if opened.any() and progress is not None:
+            progress.warn(
+                f"{ground.site.name}: {ground.mesh.lengths[opened].sum():.0f} m of new streets "
+                f"stay two-way, so that no way out is longer than {spec.max_distance:g} m."
+            )
+    return _along(pieces, alignment, direction)
+
+
+def _kept_near(
+    problem: NetworkProblem, active: BoolArray, direction: IntArray, most: float
+) -> IntArray:
+    """Open the shortest ways out of places that directions have put too far from a sink.
+
+    Each is as near as with two-way streets then, which is near enough where the network is; no
+    other place comes to be farther, since a two-way street leads wherever a one-way street does.
+    """
+    found = direction.copy()
+    streets = np.flatnonzero(active | problem.existing)
+    ends, size = problem.mesh.edges[streets], np.maximum(problem.length[streets], 1e-9)
+    shape = (len(problem.mesh.vertices),) * 2
+    sinks = np.flatnonzero(problem.sinks)
+    edge = {frozenset(pair): e for pair, e in zip(ends.tolist(), streets.tolist())}
+    both = csr_matrix((size, ends.T), shape=shape)
+    nearest, before, _ = dijkstra(
+        both, directed=False, indices=sinks, min_only=True, return_predecessors=True
+    )
+    able = np.zeros(len(nearest), dtype=np.bool_)
+    able[problem.mesh.edges[active].ravel()] = True
+    able &= nearest <= most
+    while True:
+        ahead, back = found[streets] >= 0, found[streets] <= 0
+        # the search starts at the sinks, against the traffic
+        pairs = np.concatenate([ends[ahead][:, ::-1], ends[back]])
+        links = csr_matrix((np.concatenate([size[ahead], size[back]]), pairs.T), shape=shape)
+        far = np.flatnonzero(able & (dijkstra(links, indices=sinks, min_only=True) > most + 1e-6))
+        if not len(far):
+            return found
+        v = int(far[nearest[far].argmax()])
+        while before[v] >= 0:
+            found[edge[frozenset((v, int(before[v])))]] = 0
+            v = int(before[v])
 
 
 def _problem(network: LevelledNetwork, spec: Specification) -> NetworkProblem:

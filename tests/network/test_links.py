@@ -339,6 +339,87 @@ def test_a_route_has_no_branches():
     assert len(ways[0]) == 11
 
 
+def placed(mesh, *places):
+    """Return the vertices at positions in mesh edge lengths."""
+    near = np.round(mesh.vertices / mesh.edge_length).astype(int).tolist()
+    return [near.index(list(place)) for place in places]
+
+
+def along(mesh, *places):
+    """Mark the edges of a way from place to place."""
+    way = placed(mesh, *places)
+    mark = np.zeros(len(mesh.edges), dtype=bool)
+    mark[[mesh.edge_between(u, v) for u, v in zip(way, way[1:])]] = True
+    return mark
+
+
+def allowed(problem, active, free=None) -> tuple[bool, bool, bool]:
+    """Tell whether evaluation, CP-SAT and flow model accept a design; CP-SAT in a window."""
+    index = structure(problem)
+    network = full_network(index, cuts=[])
+    if free is not None:
+        network = Windows(index).network(free, active)
+    for e, x in network.edge.items():
+        network.clause([x if active[e] else network.negated(x)])
+    fixed = {e: bool(active[e]) for e in index.edges}
+    linear = flow_model(index, fixed=fixed).linear
+    return (
+        evaluate(problem, active).valid,
+        run_cp(network, CpOptions(10)).status != "infeasible",
+        solve_mip(linear, time_limit=10).status != "infeasible",
+    )
+
+
+def open_problem(mesh, scenario, **fields):
+    """Make a problem without rules in which everything is a sink."""
+    problem = paper_problem(mesh, scenario, dead_ends=0.0, zigzags=0.0, too_close=0.0)
+    everywhere = np.ones(len(mesh.vertices), dtype=bool)
+    return dataclasses.replace(problem, cover={}, sinks=everywhere, **fields)
+
+
+@pytest.mark.parametrize(("limit", "fits"), [(6, False), (7, False), (8, True)])
+def test_several_detours_add_up(limit, fits):
+    # each step lies on some way of six edges, the whole is eight long
+    mesh = grid(5, 3)
+    snake = [(0, 0), (0, 1), (1, 1), (1, 0), (2, 0), (2, 1), (3, 1), (3, 0), (4, 0)]
+    a, b = placed(mesh, snake[0], snake[-1])
+    link = Link(a, b, limit, hops=True)
+    problem = open_problem(mesh, "inner", requirements=(link,))
+    assert allowed(problem, along(mesh, *snake)) == (fits,) * 3
+
+
+@pytest.mark.parametrize("old", [False, True])
+def test_a_route_stays_off_existing_streets_on_its_way(old):
+    mesh = grid(4, 4)
+    plain = open_problem(mesh, "boundary")
+    way = [(2, 0), (2, 1), (2, 2), (2, 3), (2, 4)]
+    inner = along(mesh, (0, 2), (1, 2), (2, 2)) & old
+    problem = dataclasses.replace(
+        plain, existing=plain.existing | inner, candidate=plain.candidate & ~inner
+    )
+    a, b = placed(mesh, way[0], way[-1])
+    problem = dataclasses.replace(problem, requirements=(Link(a, b, 4, hops=True, private=True),))
+    active = along(mesh, *way)
+    assert evaluate(problem, active).valid != old
+    assert (not [v for v in check_design(problem, active) if v.hard]) != old
+    if not old:
+        assert allowed(problem, active) == (True,) * 3
+
+
+@pytest.mark.parametrize("branch", [False, True])
+def test_a_window_beside_a_route_lets_nothing_branch_off(branch):
+    # the branch is too far off for the route itself
+    mesh = grid(4, 4)
+    way = [(2, 0), (2, 1), (2, 2), (2, 3), (2, 4)]
+    a, b = placed(mesh, way[0], way[-1])
+    route = Link(a, b, 4, hops=True, private=True)
+    problem = open_problem(mesh, "boundary", requirements=(route,))
+    side = along(mesh, (2, 2), (3, 2))
+    active = along(mesh, *way) | (side & branch)
+    free = np.flatnonzero(side).tolist()
+    assert allowed(problem, active, free) == (not branch,) * 3
+
+
 def test_a_route_that_cannot_be_is_refused():
     problem = paper_problem(grid(4, 4))
     corner, middle = 0, 2  # no candidate edge ends at a corner

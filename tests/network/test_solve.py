@@ -21,7 +21,7 @@ from platwright.network.incumbent import Incumbent
 from platwright.network.model import flow_model
 from platwright.network.problem import Clause
 from platwright.network.solve import solve
-from platwright.network.solvers import relaxation_bound, solve_mip, solver_names
+from platwright.network.solvers import solve_mip, solver_names
 from platwright.network.structure import structure
 from platwright.network.validation import check_design, design_cost, design_distances
 from platwright.progress import Deadline, Silent
@@ -132,9 +132,13 @@ def test_cancelling_does_not_wait_for_other_solvers():
 def test_cancelling_a_large_problem_takes_less_than_a_second(distance, solver, after):
     problem = paper_problem(grid(45, 45), weight_distance=distance)
     progress = Recorder(cancel_after=after)
-    design = solve(problem, time_limit=60.0, solver=solver, progress=progress)
+    try:
+        stopped = solve(problem, time_limit=60.0, solver=solver, progress=progress).stopped
+    except CancelledError:
+        # a busy machine may have no design yet
+        stopped = "cancelled"
     assert time.monotonic() - progress.end < PROMPT
-    assert design.stopped == "cancelled"
+    assert stopped == "cancelled"
 
 
 def test_building_a_model_ends_once_the_run_is_cancelled():
@@ -198,7 +202,6 @@ def test_no_warning_reaches_the_log(solver):
         warnings.simplefilter("error")
         solve(problem, time_limit=2.0, solver=solver)
         solve_mip(flow_model(structure(problem)).linear, time_limit=5.0)
-        relaxation_bound(flow_model(structure(problem)).linear, time_limit=5.0)
 
 
 def test_cancelling_before_a_design_raises():

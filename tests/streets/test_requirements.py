@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import shapely
 from platwright.errors import InputError
+from platwright.network.requirements.base import View
 from platwright.network.specification import Specification
 from platwright.network.validation import check_design
 from platwright.streets import Preferences, StreetPlan, Wishes, design_streets, plan_layers
@@ -16,7 +17,7 @@ from shapely.geometry import LineString
 
 from .conftest import make_site
 
-PAPER = Specification(rules="paper", block_width=108.0, levels=1, gap=0.0, time_limit=20.0)
+PAPER = Specification(rules="paper", block_width=108.0, levels=1, gap=0.4, time_limit=20.0)
 
 
 def plan_of(site, spec, **wishes):
@@ -54,7 +55,7 @@ def exits_of(plan):
 @pytest.mark.parametrize("levels", [1, 2])
 def test_no_more_exits_than_asked(rules, levels):
     site = make_site(shapely.box(0, 0, 432, 360))
-    spec = Specification(rules=rules, levels=levels, exits=3, time_limit=20.0)
+    spec = Specification(rules=rules, levels=levels, exits=3, gap=0.4, time_limit=20.0)
     plan = plan_of(site, spec)
     assert 2 <= len(exits_of(plan)) <= 3
     assert plan.segments
@@ -63,9 +64,9 @@ def test_no_more_exits_than_asked(rules, levels):
 @pytest.mark.parametrize("levels", [1, 2])
 def test_the_length_budget_is_kept(levels):
     site = make_site(shapely.box(0, 0, 432, 360))
-    free = plan_of(site, Specification(levels=levels))
+    free = plan_of(site, Specification(levels=levels, gap=0.3))
     whole = sum(s.line.length for s in free.segments)
-    plan = plan_of(site, Specification(levels=levels, length_budget=0.6 * whole))
+    plan = plan_of(site, Specification(levels=levels, length_budget=0.6 * whole, gap=0.3))
     spent = float(plan.network.ground.mesh.lengths[chosen(plan)].sum())
     assert 0 < spent <= 0.6 * whole + 0.01
     assert sum(s.line.length for s in plan.segments) <= 0.65 * whole
@@ -141,7 +142,7 @@ def test_a_route_that_ends_inside_is_refused():
 def test_for_one_way_streets_no_street_is_the_only_way(rules):
     south = LineString([(0, 0), (432, 0)])
     site = make_site(shapely.box(0, 0, 432, 288), frontage=[south])
-    spec = Specification(rules=rules, one_way="all", time_limit=20.0)
+    spec = Specification(rules=rules, one_way="all", gap=0.4, time_limit=20.0)
     plan = plan_of(site, spec)
     graph = graph_of(plan)
     hub = [v for v in np.flatnonzero(plan.network.ground.sinks).tolist() if v in graph]
@@ -169,7 +170,7 @@ def test_junctions_keep_their_distance():
 @pytest.mark.parametrize("rules", ["planner", "paper"])
 def test_one_way_streets_lead_out_and_in(rules):
     site = make_site(shapely.box(0, 0, 432, 360))
-    plan = plan_of(site, Specification(rules=rules, one_way="all", time_limit=20.0))
+    plan = plan_of(site, Specification(rules=rules, one_way="all", gap=0.4, time_limit=20.0))
     streets = plan_layers(StreetPlan((plan,), plan.specification, 1.0))["streets"]
     new = streets[streets["status"] == "new"]
     single = new["oneway"].astype(bool)
@@ -193,3 +194,34 @@ def test_one_way_streets_lead_out_and_in(rules):
 def test_two_way_streets_stay_so_without_the_wish(square):
     plan = plan_of(square, Specification())
     assert not any(s.one_way for s in plan.segments)
+
+
+def test_what_cannot_be_had_is_told_in_place():
+    """A route through a site two blocks wide would cost all other streets."""
+    site = make_site(shapely.box(0, 0, 144, 432))
+    route = LineString([(72, 0), (72, 432)])
+    spec = Specification(traffic="through", gap=0.4, time_limit=20.0)
+    plan = plan_of(site, spec, preferences=Preferences(routes=[(route, 9)]))
+    problems = plan_layers(StreetPlan((plan,), plan.specification, 1.0))["problems"]
+    broken = [
+        solved
+        for solved in plan.network.solved
+        for link in solved.problem.requirements
+        if link.violations(View(solved.problem, solved.design.active))
+    ]
+    told = any("leads through the site" in text for text in problems["problem"])
+    assert told == bool(broken)
+
+
+def test_culs_de_sac_need_no_exits_of_their_own():
+    south = LineString([(0, 0), (432, 0)])
+    site = make_site(shapely.box(0, 0, 432, 300), frontage=[south])
+    spec = Specification(exits=2, cul_de_sacs=True, gap=0.4, time_limit=20.0)
+    plan = plan_of(site, spec)
+    touching = {
+        (round(x), round(y))
+        for s in plan.segments
+        for x, y in (s.line.coords[0], s.line.coords[-1])
+        if south.distance(shapely.Point(x, y)) < 1
+    }
+    assert len(touching) <= 2
