@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import datetime
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from qgis.core import (
@@ -166,6 +166,21 @@ def read_raster(layer: QgsRasterLayer, around: QgsRectangle) -> Any:
     )
 
 
+def attributes(source: QgsProcessingFeatureSource, places: Sequence[int]) -> dict[int, list[Any]]:
+    """Return attributes of all features as they are, by their ids.
+
+    Parameters
+    ----------
+    source
+        The layer.
+    places
+        Which of its fields.
+    """
+    request = QgsFeatureRequest().setFlags(compat.NO_GEOMETRY)
+    features = source.getFeatures(request, compat.SKIP_VALIDITY_CHECK)
+    return {own.id(): [own.attribute(place) for place in places] for own in features}
+
+
 _CASTS = {"integer": int, "number": float, "text": str, "yes/no": bool}
 
 
@@ -210,6 +225,7 @@ def write_frame(
     kinds: Sequence[str],
     sink: QgsFeatureSink,
     geometry_type: Any,
+    before: Mapping[int, Sequence[Any]] | None = None,
 ) -> None:
     """Write all rows of a GeoDataFrame into a sink, the declared fields only.
 
@@ -224,6 +240,8 @@ def write_frame(
     geometry_type
         Geometry type of the sink. A sink of points takes one point of every other geometry, one
         of single geometries a feature for each part.
+    before
+        Attributes for the first fields, by the index of the frame; `kinds` are those of the rest.
 
     Raises
     ------
@@ -239,18 +257,20 @@ def write_frame(
     # An empty geometry has no place; as NULL every format takes it.
     given = np.where(shapely.is_empty(given), None, given)
     shapes = shapely.to_wkb(given, include_srid=False, output_dimension=2)
+    own = list(fields)[fields.count() - len(kinds) :]
     columns = [
         _cast(frame[field.name()].tolist(), kind)
         if field.name() in frame.columns
         else [None] * len(frame)
-        for field, kind in zip(fields, kinds)
+        for field, kind in zip(own, kinds)
     ]
+    first = [[] if before is None else before[label] for label in frame.index]
     batch: list[QgsFeature] = []
     for row, shape in enumerate(shapes):
         for part in _to_qgis(shape, geometry_type):
             feature = QgsFeature(fields)
             feature.setGeometry(part)
-            feature.setAttributes([column[row] for column in columns])
+            feature.setAttributes([*first[row], *(column[row] for column in columns)])
             batch.append(feature)
     if batch and not sink.addFeatures(batch, compat.FAST_INSERT):
         text = sink.lastError() if hasattr(sink, "lastError") else ""

@@ -48,8 +48,11 @@ SOURCE_NAMES = {SOURCE_POLYGON: "polygon", SOURCE_LINE: "line", SOURCE_POINT: "p
 
 #: Geometry types of the output layers by the names that `fields` uses.
 WKB = {
-    name: _wkb(name) for name in ("Point", "LineString", "Polygon", "MultiPolygon", "NoGeometry")
-}
+    name: _wkb(name)
+    for name in (
+        "Point", "LineString", "MultiLineString", "Polygon", "MultiPolygon", "NoGeometry",
+    )
+}  # fmt: skip
 
 NUMBER_FLOAT = _first(
     "Qgis.ProcessingNumberParameterType.Double", "QgsProcessingParameterNumber.Type.Double"
@@ -77,6 +80,10 @@ FOLDER = _first(
     "Qgis.ProcessingFileParameterBehavior.Folder", "QgsProcessingParameterFile.Behavior.Folder"
 )
 FAST_INSERT = _first("QgsFeatureSink.Flag.FastInsert")
+#: Features are read without their geometry.
+NO_GEOMETRY = _first("Qgis.FeatureRequestFlag.NoGeometry", "QgsFeatureRequest.Flag.NoGeometry")
+#: A table that counts its features itself does so anew, whatever ids they bring.
+COUNT_ANEW = _first("QgsFeatureSink.SinkFlag.RegeneratePrimaryKey")
 
 
 def _field_types() -> dict[str, Any]:

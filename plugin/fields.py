@@ -38,6 +38,9 @@ class LayerKind:
         The fields, in their order.
     style
         Name of the style in `styles`; empty for a table, whose geometry is "NoGeometry".
+    like
+        Key of the input layer whose features these are: its fields come before the others, and
+        its features may have several parts. Empty for none.
     """
 
     key: str
@@ -45,6 +48,7 @@ class LayerKind:
     geometry: str
     fields: tuple[Field, ...]
     style: str
+    like: str = ""
 
     @property
     def wkb(self) -> Any:
@@ -56,12 +60,19 @@ class LayerKind:
         """Kinds of the fields."""
         return tuple(field.kind for field in self.fields)
 
-    def qgs_fields(self) -> QgsFields:
-        """Return the fields for a sink."""
+    def qgs_fields(self, before: QgsFields | None = None) -> QgsFields:
+        """Return the fields for a sink; `before` are those of the layer that it is like."""
         fields = QgsFields()
+        for place in self.kept(before) if before is not None else ():
+            fields.append(before.at(place))
         for field in self.fields:
             fields.append(compat.make_field(field.name, field.kind))
         return fields
+
+    def kept(self, before: QgsFields) -> list[int]:
+        """Return which fields of the layer that this is like are kept: all but its own."""
+        own = {field.name.lower() for field in self.fields}
+        return [at for at, field in enumerate(before) if field.name().lower() not in own]
 
 
 _SITE_ID = Field("site_id", "integer", "number of the site, from 1, as in the site layer")

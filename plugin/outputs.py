@@ -13,13 +13,15 @@ from typing import TYPE_CHECKING, Any
 
 from qgis.core import (
     QgsCoordinateReferenceSystem,
+    QgsFields,
     QgsProcessingContext,
     QgsProcessingException,
     QgsProcessingOutputLayerDefinition,
+    QgsWkbTypes,
 )
 
 from ..algorithms.errors import InputError
-from . import bridge, geopackage, styles
+from . import bridge, compat, geopackage, styles
 from .fields import LayerKind
 from .record import Record, to_json
 
@@ -248,13 +250,32 @@ class Writer:
 
     def _open(self, key: str, kind: LayerKind, crs: QgsCoordinateReferenceSystem) -> Any:
         request = self.request
-        return request.tool.parameterAsSink(
-            request.parameters, key, request.context, kind.qgs_fields(), kind.wkb, crs
-        )
+        asked = (request.parameters, key, request.context, self._fields(key), self._wkb(key), crs)
+        if kind.like:
+            return request.tool.parameterAsSink(*asked, compat.COUNT_ANEW)
+        return request.tool.parameterAsSink(*asked)
+
+    def _fields(self, key: str) -> QgsFields:
+        """Return the fields of an output, with those of the layer that it is like."""
+        kind = self.kinds[key]
+        source = self.request.source(kind.like) if kind.like else None
+        return kind.qgs_fields(None if source is None else source.fields())
+
+    def _wkb(self, key: str) -> Any:
+        """Return the geometry type of an output: of several parts, if its input has them."""
+        kind = self.kinds[key]
+        source = self.request.source(kind.like) if kind.like else None
+        if source is not None and QgsWkbTypes.isMultiType(source.wkbType()):
+            return compat.WKB[f"Multi{kind.geometry}"]
+        return kind.wkb
 
     def _fill(self, key: str, sink: Any, result: Result) -> None:
         kind = self.kinds[key]
-        bridge.write_frame(result.layers[key], kind.qgs_fields(), kind.kinds, sink, kind.wkb)
+        source = self.request.source(kind.like) if kind.like else None
+        before = None if source is None else bridge.attributes(source, kind.kept(source.fields()))
+        bridge.write_frame(
+            result.layers[key], self._fields(key), kind.kinds, sink, self._wkb(key), before
+        )
         if hasattr(sink, "finalize"):
             sink.finalize()
         # The caller holds no other reference: the file is closed here, and complete.

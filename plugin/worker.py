@@ -307,7 +307,7 @@ class CopyWriter(Writer):
     """Writes layers that a process made, which are QGIS layers already."""
 
     def _fill(self, key: str, sink: Any, result: Result) -> None:
-        fields = self.kinds[key].qgs_fields()
+        fields = self._fields(key)
         names = fields.names()
         made = []
         for found in result.layers[key].getFeatures():

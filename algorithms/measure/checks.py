@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 from shapely.geometry import Point
 
-from .distances import distances_to_sinks, farthest_along
+from .distances import at_ends, distances_to_sinks, farthest_along
 from .graph import BoolArray, Chain, FloatArray, IntArray
 from .layers import StreetLayer
 from .problems import Problem
@@ -213,9 +213,9 @@ def recorded_distances(
     if not known.any() or not sinks.any():
         return []
     bare = np.where(streets.connector, 0.0, graph.lengths)
-    nearer = distances_to_sinks(graph, sinks, bare)
-    low = np.minimum(nearer[graph.ends[:, 0]], nearer[graph.ends[:, 1]])
-    high = farthest_along(graph, distance)
+    nearer = distances_to_sinks(graph, sinks, bare, streets.direction)
+    low = np.minimum(*at_ends(graph, nearer, streets.direction, bare))
+    high = farthest_along(graph, distance, streets.direction)
     found = []
     for street in np.unique(graph.street[known]).tolist():
         edges = np.flatnonzero(known & (graph.street == street))

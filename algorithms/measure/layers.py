@@ -12,8 +12,15 @@ from shapely.geometry import LineString
 
 from ..errors import InputError
 from ..site.crs import layer_crs, working_crs
-from .graph import BoolArray, Chain, FloatArray, StreetGraph, build_graph, chains
+from .graph import BoolArray, Chain, FloatArray, IntArray, StreetGraph, build_graph, chains
 
+#: What the field `status` says of streets that are not designed: they were there, or a level of
+#: streets was given.
+EXISTING = ("existing", "given")
+#: What the field `oneway` says of streets with traffic along the line only, and against it only,
+#: here and in OpenStreetMap.
+ALONG = ("true", "yes", "1", "1.0")
+AGAINST = ("-1", "-1.0", "reverse")
 #: Nodes closer than this to a street of the surroundings lie on it (metres).
 TOUCH = 1.0
 
@@ -36,6 +43,9 @@ class StreetLayer:
         Shape (e,). Street level, 0 where unknown.
     recorded
         Shape (e,). The field `dist_to_sink_m` of each edge's street, NaN where unknown.
+    direction
+        Shape (e,). 1 where traffic runs from start to end of an edge only, -1 where from end to
+        start, 0 for both. Streets that were there already count as two-way.
     crs, source_crs
         Working CRS, and that of the layer.
     unusable
@@ -48,6 +58,7 @@ class StreetLayer:
     connector: BoolArray
     level: FloatArray
     recorded: FloatArray
+    direction: IntArray
     crs: CRS
     source_crs: CRS
     unusable: tuple[str, ...] = field(default=())
@@ -73,8 +84,9 @@ class StreetLayer:
 def read_streets(frame: gpd.GeoDataFrame, layer: str) -> StreetLayer:
     """Build the graph of a street layer.
 
-    Lines of several parts are taken apart, heights dropped. The fields `status` (existing,
-    connector, else new), `level` and `dist_to_sink_m` are used where present.
+    Lines of several parts are taken apart, heights dropped. The fields `status` (existing or
+    given, connector, else new), `level`, `dist_to_sink_m` and `oneway` (true, yes or 1; -1
+    against the line) are used where present.
 
     Parameters
     ----------
@@ -106,13 +118,15 @@ def read_streets(frame: gpd.GeoDataFrame, layer: str) -> StreetLayer:
     labels = [str(label) for label in frame.index]
     used = set(row)
     status = _texts(frame, "status")[rows]
+    old = np.isin(status, (*EXISTING, "connector"))
     return StreetLayer(
         graph=graph,
         names=tuple(labels[k] for k in row),
-        existing=np.asarray(status == "existing"),
+        existing=np.isin(status, EXISTING),
         connector=np.asarray(status == "connector"),
         level=np.nan_to_num(_numbers(frame, "level")[rows]),
         recorded=_numbers(frame, "dist_to_sink_m")[rows],
+        direction=np.where(old, 0, _one_way(frame)[rows] * _sense(graph, lines)),
         crs=crs,
         source_crs=source,
         unusable=tuple(labels[k] for k in range(len(frame)) if k not in used),
@@ -145,6 +159,32 @@ def read_union(
     return shapely.union_all(shapely.make_valid(shapely.force_2d(np.asarray(shapes))))
 
 
+def read_features(
+    frame: gpd.GeoDataFrame | None, crs: CRS, layer: str
+) -> list[tuple[str, shapely.Geometry]]:
+    """Give id and geometry of every feature of a layer in the working CRS.
+
+    Parameters
+    ----------
+    frame, crs, layer
+        See `read_union`.
+
+    Raises
+    ------
+    InputError
+        If the layer has no CRS.
+    """
+    if frame is None or not len(frame):
+        return []
+    layer_crs(frame, layer)
+    shapes = frame.geometry.to_crs(crs)
+    return [
+        (str(label), shapely.make_valid(shapely.force_2d(shape)))
+        for label, shape in zip(frame.index, shapes)
+        if shape is not None and not shape.is_empty
+    ]
+
+
 def _only_lines(frame: gpd.GeoDataFrame, usable: BoolArray, layer: str) -> None:
     kinds = frame.geometry.geom_type.to_numpy()
     wrong = usable & ~np.isin(kinds, ["LineString", "MultiLineString", "LinearRing"])
@@ -156,6 +196,30 @@ def _only_lines(frame: gpd.GeoDataFrame, usable: BoolArray, layer: str) -> None:
             layer=layer,
             feature=str(frame.index[k]),
         )
+
+
+def _one_way(frame: gpd.GeoDataFrame) -> IntArray:
+    """Read the field `oneway`: 1 along the line, -1 against it, 0 for both or where absent."""
+    said = _texts(frame, "oneway")
+    found = np.zeros(len(frame), dtype=np.int64)
+    found[np.isin(said, ALONG)] = 1
+    found[np.isin(said, AGAINST)] = -1
+    return found
+
+
+def _sense(graph: StreetGraph, lines: list[LineString]) -> IntArray:
+    """Tell which edges run along (1) or against (-1) the line that they are a piece of.
+
+    Only pieces of lines that meet themselves may be turned.
+    """
+    found = np.ones(len(graph.lines), dtype=np.int64)
+    for e, own in enumerate(graph.street.tolist()):
+        if not lines[own].is_simple:
+            piece = graph.lines[e]
+            near = [piece.interpolate(share, normalized=True) for share in (0.4, 0.6)]
+            if lines[own].project(near[0]) > lines[own].project(near[1]):
+                found[e] = -1
+    return found
 
 
 def _numbers(frame: gpd.GeoDataFrame, name: str) -> FloatArray:

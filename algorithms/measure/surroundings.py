@@ -14,6 +14,9 @@ from .graph import BoolArray
 from .layers import TOUCH, StreetLayer
 from .problems import Problem
 
+#: Polygon, range in metres, and how messages name it.
+Area = tuple[shapely.Geometry, float, str]
+
 #: A street may graze an obstacle or leave the site over this length (metres).
 GRAZE = 1.0
 #: Half the width of the ground that belongs to an existing street (metres).
@@ -76,7 +79,7 @@ class Surroundings:
 
 
 def coverage_gaps(
-    streets: StreetLayer, around: Surroundings, reach: float
+    streets: StreetLayer, around: Surroundings, reach: float, part: Area | None = None
 ) -> tuple[list[Problem], float]:
     """Find ground further than a distance from every street and from the frontage.
 
@@ -90,6 +93,8 @@ def coverage_gaps(
         The site and its surroundings.
     reach
         Largest distance in metres, straight.
+    part
+        Part of the site to look at, with its name, in place of all; its range is not read.
 
     Returns
     -------
@@ -97,7 +102,9 @@ def coverage_gaps(
         One problem per connected gap, and the area of all gaps in square metres.
     """
     step = float(np.clip(reach / 6, *SAMPLE_RANGE))
-    points = _grid(around.site.difference(around.obstacles), step)
+    ground = around.site.difference(around.obstacles)
+    whose = "" if part is None else f" of {part[2]}"
+    points = _grid(ground if part is None else ground.intersection(part[0]), step)
     lines = list(streets.graph.lines)
     front = around.frontage
     sources = np.array(lines + list(shapely.get_parts(front)), dtype=object)
@@ -120,7 +127,7 @@ def coverage_gaps(
     found = [
         Problem(
             "coverage",
-            f"{gap.area / 1e4:.2f} ha lie further than {reach:g} m from every street.",
+            f"{gap.area / 1e4:.2f} ha{whose} lie further than {reach:g} m from every street.",
             gap,
         )
         for gap in gaps

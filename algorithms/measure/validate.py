@@ -5,12 +5,16 @@ It shares no code with the model or the search: it reads the geometry of the str
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import geopandas as gpd
 import numpy as np
 import shapely
 
 from ..errors import CancelledError, InputError
 from ..progress import Progress
+from .areas import gaps_by_area, read_areas
 from .checks import (
     dead_ends,
     geometry_faults,
@@ -24,12 +28,13 @@ from .checks import (
     zigzag_problems,
 )
 from .distances import distances_to_sinks, farthest_along, mean_along
-from .graph import BoolArray
-from .layers import StreetLayer, read_streets, read_union
+from .functions import SiteFeatures, junctions_too_near, over_budget, too_far, too_many_exits
+from .graph import BoolArray, FloatArray
+from .layers import StreetLayer, read_features, read_streets, read_union
+from .oneway import one_way_faults
 from .problems import Problem, ValidationReport, problem_layer, weighted
 from .surroundings import (
     Surroundings,
-    coverage_gaps,
     forbidden_lines,
     inside_obstacles,
     outside_site,
@@ -39,6 +44,25 @@ from .surroundings import (
 #: Weight of a rule that must never be broken, and of one that does not matter.
 FORBID = float("inf")
 ALLOW = 0.0
+#: Kinds of limits that no rules only price.
+_COUNTED = ("exits", "length budget")
+#: Names of the layers of `Surroundings`, for messages.
+_LAYERS = {
+    "site": "Site",
+    "boundary_streets": "Boundary streets",
+    "obstacles": "Obstacles",
+    "required": "Required streets",
+    "forbidden": "Forbidden streets",
+}
+
+
+class _Limits(NamedTuple):
+    """What is asked of the whole network; None where nothing is."""
+
+    exits_most: int | None
+    length_budget_m: float | None
+    max_distance_m: float | None
+    junction_spacing_m: float | None
 
 
 def validate_network(
@@ -51,6 +75,12 @@ def validate_network(
     required: gpd.GeoDataFrame | None = None,
     forbidden: gpd.GeoDataFrame | None = None,
     coverage_m: float | None = None,
+    coverage_areas: gpd.GeoDataFrame | None = None,
+    coverage_slack_m: float = 0.0,
+    exits_most: int | None = None,
+    length_budget_m: float | None = None,
+    max_distance_m: float | None = None,
+    junction_spacing_m: float | None = None,
     edge_length: float = 72.0,
     dead_ends: float = FORBID,
     zigzags: float = ALLOW,
@@ -58,6 +88,7 @@ def validate_network(
     t_junctions: float = ALLOW,
     branches: float = ALLOW,
     lollipops: float = ALLOW,
+    functions: float = FORBID,
     min_length: float = 0.0,
     snap_distance: float = 30.0,
     street_layer: str = "Streets",
@@ -74,11 +105,15 @@ def validate_network(
     Parameters
     ----------
     streets
-        Lines in any CRS; the index holds the feature ids. Fields `status` (existing,
-        connector, else new), `level` and `dist_to_sink_m` are used where present: existing
-        streets are exempt from the rules and count as sinks, connectors may leave the site.
+        Lines in any CRS; the index holds the feature ids. Fields `status` (existing or
+        given, connector, else new), `level`, `dist_to_sink_m` and `oneway` are used where
+        present: existing and given streets are exempt from the rules, count as sinks and as
+        two-way, connectors may leave the site. Where `oneway` is true (yes, 1) traffic runs
+        along the line only, where it is -1 against it; from every junction there must then be
+        a way out, and to every junction a way in.
     site
-        Polygons; without them coverage and the edge are not checked.
+        Polygons; without them coverage and the edge are not checked. Exits and metres are
+        counted for each feature.
     sinks
         Points where traffic leaves; each makes the nearest junction within half an edge
         length a sink. Without them traffic leaves by the existing streets: those of the
@@ -92,11 +127,25 @@ def validate_network(
         may meet.
     coverage_m
         No ground of the site may be further from a street, in metres; None for no check.
+    coverage_areas
+        Polygons with a range of their own in the field `coverage_m`, metres. The smallest
+        counts where they overlap, `coverage_m` elsewhere.
+    coverage_slack_m
+        Metres by which the range of an area may be missed, and within which of its edge
+        nothing is checked.
+    exits_most
+        Greatest number of places where designed streets meet existing ones or the edge.
+    length_budget_m, max_distance_m, junction_spacing_m
+        Greatest length of the designed streets, longest way out from any of their ends, and
+        least way between two junctions of three or more streets, metres along streets. They
+        may be missed by 3 %, as courses are drawn straighter than they were counted.
     edge_length
         Edge length of the candidate mesh in metres, the scale of the local rules. Zigzags
         have their turns within 1.5, streets too close run within 0.6 of it.
     dead_ends, zigzags, too_close, t_junctions, branches, lollipops
         Weights of the local rules. A lollipop is a ring that hangs on a single street.
+    functions
+        Weight of `max_distance_m`, `junction_spacing_m` and of ways along one-way streets.
     min_length
         A shorter street between two junctions gives a warning, in metres.
     snap_distance
@@ -123,22 +172,15 @@ def validate_network(
     >>> report.problems["kind"].tolist(), report.violations
     (['dead end'], 1)
     """
+    limits = _Limits(exits_most, length_budget_m, max_distance_m, junction_spacing_m)
     _positive(edge_length=edge_length, coverage_m=coverage_m, snap_distance=snap_distance)
-    frames = (
-        ("site", site, "Site"),
-        ("boundary_streets", boundary_streets, "Boundary streets"),
-        ("obstacles", obstacles, "Obstacles"),
-        ("required", required, "Required streets"),
-        ("forbidden", forbidden, "Forbidden streets"),
-    )
+    _positive(**limits._asdict())
+    frames = (site, boundary_streets, obstacles, required, forbidden)
     stages = _Stages(progress)
     stages.enter("Joining the streets", 0.0)
     layer = read_streets(streets, street_layer)
     stages.enter("Reading the surroundings", 0.3)
-    around = Surroundings(
-        **{name: read_union(given, layer.crs, title) for name, given, title in frames},
-        snap_distance=snap_distance,
-    )
+    around = _surroundings(layer, frames, snap_distance)
     exits = _exits(layer, around, sinks, edge_length)
     stages.enter("Checking the local rules", 0.4)
     found = _local_problems(layer, exits, edge_length, min_length)
@@ -148,15 +190,25 @@ def validate_network(
     for listed, weight in zip(found.values(), weights):
         problems += weighted(listed, weight)
     stages.enter("Checking against the site", 0.7)
-    place, uncovered = _place_problems(layer, around, edge_length, coverage_m)
-    problems += place
+    problems += _place_problems(layer, around, edge_length)
+    areas = read_areas(coverage_areas, layer.crs)
+    gaps, uncovered = gaps_by_area(layer, around, coverage_m, areas, coverage_slack_m)
+    stages.enter("Checking exits and ways", 0.8)
+    wished = _function_problems(layer, around, exits, _features(site, layer), limits)
+    problems += gaps + _weighted(wished, functions)
     stages.enter("Measuring distances", 0.9)
-    distance = distances_to_sinks(layer.graph, exits)
+    distance = distances_to_sinks(layer.graph, exits, direction=layer.direction)
     problems += recorded_distances(layer, exits, distance)
-    numbers = {_key(kind): float(len(listed)) for kind, listed in found.items()}
-    numbers |= _lengths(layer, exits) | {"UNCOVERED_AREA": uncovered}
-    frame = problem_layer(problems, layer.crs, layer.source_crs)
-    report = ValidationReport(frame, numbers)
+    numbers = {_key(kind): float(len(listed)) for kind, listed in (found | wished).items()}
+    numbers |= _lengths(layer, distance) | {"UNCOVERED_AREA": uncovered}
+    return _report(layer, problems, numbers)
+
+
+def _report(
+    layer: StreetLayer, problems: list[Problem], numbers: dict[str, float]
+) -> ValidationReport:
+    """Put the problems into a layer and count those that are violations."""
+    report = ValidationReport(problem_layer(problems, layer.crs, layer.source_crs), numbers)
     numbers["VIOLATIONS"] = float(report.violations)
     return report
 
@@ -175,6 +227,17 @@ class _Stages:
         self.progress.stage(text, fraction)
 
 
+def _surroundings(
+    layer: StreetLayer, frames: Sequence[gpd.GeoDataFrame | None], snap_distance: float
+) -> Surroundings:
+    """Unite each of the layers that `_LAYERS` names."""
+    united = {
+        key: read_union(given, layer.crs, name)
+        for given, (key, name) in zip(frames, _LAYERS.items())
+    }
+    return Surroundings(**united, snap_distance=snap_distance)
+
+
 def _local_problems(
     layer: StreetLayer, sinks: BoolArray, edge_length: float, min_length: float
 ) -> dict[str, list[Problem]]:
@@ -191,16 +254,49 @@ def _local_problems(
     }
 
 
-def _place_problems(
-    layer: StreetLayer, around: Surroundings, edge_length: float, coverage_m: float | None
-) -> tuple[list[Problem], float]:
-    """Every problem with the surroundings, and the area without coverage."""
+def _place_problems(layer: StreetLayer, around: Surroundings, edge_length: float) -> list[Problem]:
+    """Every problem with the surroundings but coverage."""
     problems = inside_obstacles(layer, around) + outside_site(layer, around)
-    problems += required_lines(layer, around, edge_length / 2) + forbidden_lines(layer, around)
-    if coverage_m is None:
-        return problems, 0.0
-    gaps, area = coverage_gaps(layer, around, coverage_m)
-    return problems + gaps, area
+    return (
+        problems + required_lines(layer, around, edge_length / 2) + forbidden_lines(layer, around)
+    )
+
+
+def _function_problems(
+    layer: StreetLayer,
+    around: Surroundings,
+    sinks: BoolArray,
+    sites: SiteFeatures,
+    limits: _Limits,
+) -> dict[str, list[Problem]]:
+    """Every violation of what is asked of the whole network, by kind; one-way streets always."""
+    found = {"one-way": one_way_faults(layer, sinks)}
+    if limits.exits_most is not None:
+        found["exits"] = too_many_exits(layer, around, sinks, sites, limits.exits_most)
+    if limits.length_budget_m is not None:
+        found["length budget"] = over_budget(layer, sites, limits.length_budget_m)
+    if limits.max_distance_m is not None:
+        found["way out"] = too_far(layer, sinks, limits.max_distance_m)
+    if limits.junction_spacing_m is not None:
+        found["junction spacing"] = junctions_too_near(layer, limits.junction_spacing_m)
+    return found
+
+
+def _weighted(wished: dict[str, list[Problem]], weight: float) -> list[Problem]:
+    """Give what is asked of the whole network its severity; counts are never only priced."""
+    return [
+        problem
+        for kind, listed in wished.items()
+        for problem in weighted(listed, FORBID if kind in _COUNTED else weight)
+    ]
+
+
+def _features(site: gpd.GeoDataFrame | None, layer: StreetLayer) -> SiteFeatures:
+    """Give the polygons for each of which exits and metres are counted."""
+    found = read_features(site, layer.crs, "Site")
+    if not found:
+        return SiteFeatures(("",), ())
+    return SiteFeatures(tuple(label for label, _ in found), tuple(shape for _, shape in found))
 
 
 def _exits(
@@ -228,15 +324,14 @@ def _led_out(layer: StreetLayer, around: Surroundings) -> BoolArray:
     return ends
 
 
-def _lengths(layer: StreetLayer, sinks: BoolArray) -> dict[str, float]:
+def _lengths(layer: StreetLayer, distance: FloatArray) -> dict[str, float]:
     """Length and distances of the designed streets, metres."""
     graph, use = layer.graph, layer.designed
-    distance = distances_to_sinks(graph, sinks)
-    far = farthest_along(graph, distance)[use]
+    far = farthest_along(graph, distance, layer.direction)[use]
     far = far[np.isfinite(far)]
     return {
         "TOTAL_LENGTH": float(graph.lengths[use].sum()),
-        "MEAN_DISTANCE": mean_along(graph, distance, use),
+        "MEAN_DISTANCE": mean_along(graph, distance, use, layer.direction),
         "MAX_DISTANCE": float(far.max()) if len(far) else 0.0,
     }
 
@@ -248,4 +343,6 @@ def _key(kind: str) -> str:
 def _positive(**numbers: float | None) -> None:
     for name, value in numbers.items():
         if value is not None and not 0 < value < float("inf"):
-            raise InputError(f"{name} must be greater than 0.", "Give a length in metres.")
+            raise InputError(
+                f"{name} must be greater than 0.", "Give a greater number, or nothing."
+            )

@@ -42,14 +42,15 @@ def check_design(
     try:
         return validate_network(
             found["streets"].set_index("street_id", drop=False),
-            site=around["site"],
+            site=around["site"].set_index("site_id", drop=False),
             obstacles=around["site_obstacles"],
             boundary_streets=_edge_streets(around, asked.sink_mode),
             snap_distance=plan.plans[0].site.snap_distance,
             sinks=_exits(plan),
             required=given["REQUIRED"],
             forbidden=given["FORBIDDEN"],
-            coverage_m=_coverage(plan, scale),
+            **_covered(plan, scale),
+            **_limits(plan),
             edge_length=scale,
             dead_ends=asked.dead_ends,
             t_junctions=asked.t_junctions,
@@ -82,19 +83,58 @@ def _prices(asked: Any) -> dict[str, float]:
     return {name: implied[name] if value is None else value for name, value in given.items()}
 
 
-def _coverage(plan: Any, scale: float) -> float | None:
-    """Return the range that is asked in metres; None where the rules ask for no certain one.
+def _covered(plan: Any, scale: float) -> dict[str, Any]:
+    """Return the ranges that are asked in metres; none where the rules ask for no certain one.
 
-    Vertices of the mesh must be in range, along its edges. The ground between them is up to
-    half a diagonal of a cell away from the nearest.
+    Vertices of the mesh must be in range, along its edges or straight. The ground between them
+    is up to half a diagonal of a cell away from the nearest.
     """
     asked = plan.specification
     if asked.rules != "paper":
-        return None
-    metric = asked.coverage is not None and asked.coverage_unit == "metres"
+        return {"coverage_m": None}
+    metric = asked.coverage is not None and asked.coverage_unit != "edges"
     reach = asked.coverage if metric else (asked.coverage or 1.0) * scale
     longest = max(float(own.network.ground.mesh.lengths.max()) for own in plan.plans)
-    return float(reach + math.sqrt(0.5) * longest)
+    slack = math.sqrt(0.5) * longest
+    return {
+        "coverage_m": float(reach + slack),
+        "coverage_areas": _areas(plan),
+        "coverage_slack_m": slack,
+    }
+
+
+def _areas(plan: Any) -> Any:
+    """Return the areas with a range of their own; None where there are none."""
+    import geopandas
+
+    own = plan.plans[0]
+    zones = own.network.ground.preferences.density
+    if not zones:
+        return None
+    return geopandas.GeoDataFrame(
+        {"coverage_m": [zone.value for zone in zones]},
+        geometry=[zone.shape for zone in zones],
+        index=[zone.feature for zone in zones],
+        crs=own.site.crs,
+    )
+
+
+def _limits(plan: Any) -> dict[str, Any]:
+    """Return what is asked of the network as a whole.
+
+    The planner's rules price long ways, near junctions and streets that are the only way to a
+    place, those of the paper forbid them. Where given streets divide a site each part has its
+    own exits, which the streets as a whole do not tell apart.
+    """
+    asked = plan.specification
+    divided = any(own.division is not None for own in plan.plans)
+    return {
+        "exits_most": None if divided else asked.exits,
+        "length_budget_m": asked.length_budget,
+        "max_distance_m": asked.max_distance,
+        "junction_spacing_m": asked.junction_spacing,
+        "functions": math.inf if asked.rules == "paper" else 1.0,
+    }
 
 
 def _exits(plan: Any) -> Any:

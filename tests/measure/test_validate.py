@@ -314,8 +314,8 @@ def test_stages_are_told_and_cancelling_stops():
     patient = Caller(99)
     assert validate_network(cross(), site=SITE, progress=patient).problems.empty
     assert patient.stages == sorted(patient.stages)
-    assert len(patient.stages) == 5
-    for patience in range(5):
+    assert len(patient.stages) == 6
+    for patience in range(6):
         with pytest.raises(CancelledError, match="Cancelled before"):
             validate_network(cross(), site=SITE, progress=Caller(patience))
 

@@ -63,6 +63,58 @@ def test_rules_left_to_the_set_are_checked_as_it_has_them(
     assert run.results["VIOLATIONS"] == 0
 
 
+@pytest.mark.parametrize(("rules", "weight"), [("planner", 1.0), ("as in the paper", float("inf"))])
+def test_limits_of_the_whole_network_are_checked_as_they_were_asked(
+    toolbox, asked_of_checker, rules, weight
+):
+    run = toolbox.run(
+        "designstreets",
+        INPUT=site(),
+        ROADS=roads(),
+        RULES=rules,
+        BLOCK_WIDTH=100,
+        LEVELS=1,
+        EXITS=4,
+        LENGTH_BUDGET=1500,
+        MAX_DISTANCE=400,
+        JUNCTION_SPACING=30,
+        TIME_LIMIT=3,
+    )
+    limits = {
+        "exits_most": 4,
+        "length_budget_m": 1500,
+        "max_distance_m": 400,
+        "junction_spacing_m": 30,
+        "functions": weight,
+    }
+    assert {key: asked_of_checker[key] for key in limits} == limits
+    assert run.results["VIOLATIONS"] == 0
+
+
+def test_ranges_in_metres_and_by_area_reach_the_checker(toolbox, asked_of_checker):
+    density = layer(
+        [box(0, 0, 150, 200)], kind="Polygon", fields="field=coverage_m:double", values=[[50.0]]
+    )
+    run = toolbox.run(
+        "designstreets",
+        INPUT=site(),
+        ROADS=roads(),
+        RULES="as in the paper",
+        BLOCK_WIDTH=100,
+        COVERAGE=120,
+        COVERAGE_UNIT="metres straight",
+        DENSITY=density,
+        TIME_LIMIT=3,
+    )
+    slack = asked_of_checker["coverage_slack_m"]
+    assert 0 < slack < 150
+    assert asked_of_checker["coverage_m"] == pytest.approx(120 + slack)
+    areas = asked_of_checker["coverage_areas"]
+    assert areas["coverage_m"].tolist() == [50.0]
+    assert areas.area.tolist() == pytest.approx([30000], rel=0.01)
+    assert run.results["VIOLATIONS"] == 0
+
+
 def test_an_edge_without_roads_counts_as_street_for_the_checker_too(toolbox):
     run = toolbox.run(
         "designstreets",

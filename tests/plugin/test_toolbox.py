@@ -124,7 +124,9 @@ def test_the_help_ends_with_the_default_or_says_optional(tool):
             assert p.help().endswith(" Optional."), p.name()
         elif p.defaultValue() is not None:
             default = p.defaultValue()
-            shown = default if isinstance(default, str) else f"{default:g}"
+            words = {True: "yes", False: "no"}
+            given = words[default] if isinstance(default, bool) else default
+            shown = given if isinstance(given, str) else f"{given:g}"
             assert re.search(rf" Default: {re.escape(shown)}( \w+)?\.$", p.help()), p.name()
 
 

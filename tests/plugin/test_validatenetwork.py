@@ -109,3 +109,73 @@ def test_existing_streets_beside_the_site_are_the_way_out(toolbox):
     )
     assert "island" not in kinds(run)
     assert len(ROADS) == 5
+
+
+def directed(*lines, ways):
+    return layer(
+        list(lines),
+        kind="LineString",
+        name="drawn",
+        fields="field=status:string(20)&field=oneway:string(8)",
+        values=[["new", way] for way in ways],
+    )
+
+
+def test_limits_of_the_whole_network_are_checked_where_they_are_given(toolbox):
+    ladder = [
+        line((a, 0), (a, 100)) for a in (100, 150)
+    ] + [line((a, 100), (a, 200)) for a in (100, 150)] + [line((100, 100), (150, 100))]  # fmt: skip
+    free = toolbox.run("validatenetwork", INPUT=streets(*ladder), SITE=site())
+    assert free.rows("PROBLEMS") == []
+    limits = {"EXITS": 3, "LENGTH_BUDGET": 400, "MAX_DISTANCE": 90, "JUNCTION_SPACING": 60}
+    run = toolbox.run("validatenetwork", INPUT=streets(*ladder), SITE=site(), **limits)
+    expected = ["exits", "junction spacing", "length budget", "way out", "way out"]
+    assert kinds(run) == expected
+    for problem in run.rows("PROBLEMS"):
+        assert problem["feature"]
+        assert problem["action"].startswith(("Take", "Move", "Join"))
+    limits = {"EXITS": 4, "LENGTH_BUDGET": 450, "MAX_DISTANCE": 100, "JUNCTION_SPACING": 50}
+    kept = toolbox.run("validatenetwork", INPUT=streets(*ladder), SITE=site(), **limits)
+    assert kept.rows("PROBLEMS") == []
+
+
+def test_one_way_streets_that_lead_nowhere_are_found(toolbox):
+    sound = directed(*CROSS, ways=["true", "false", "false", "false"])
+    assert toolbox.run("validatenetwork", INPUT=sound, SITE=site()).rows("PROBLEMS") == []
+    # the second and the fourth of the arms are drawn outwards
+    trap = directed(*CROSS, ways=["true", "-1", "true", "-1"])
+    assert kinds(toolbox.run("validatenetwork", INPUT=trap, SITE=site())) == ["one-way"]
+
+
+def test_areas_have_ranges_of_their_own(toolbox):
+    from support import box
+
+    areas = {
+        "kind": "Polygon",
+        "name": "ranges",
+        "fields": "field=far:double",
+    }
+    halves = [box(0, 0, 150, 200), box(150, 0, 150, 200)]
+    density = layer(halves, values=[[40.0], [200.0]], **areas)
+    run = toolbox.run(
+        "validatenetwork",
+        INPUT=streets(*CROSS),
+        SITE=site(),
+        DENSITY=density,
+        DENSITY_FIELD="far",
+    )
+    assert set(kinds(run)) == {"coverage"}
+    assert run.results["UNCOVERED_AREA"] > 8000
+    assert all(problem["geometry"].asPoint().x() < 500150 for problem in run.rows("PROBLEMS"))
+
+
+def test_areas_without_the_field_are_refused(toolbox):
+    from support import box
+
+    with pytest.raises(Exception, match="has no field 'coverage_m'"):
+        toolbox.run(
+            "validatenetwork",
+            INPUT=streets(*CROSS),
+            SITE=site(),
+            DENSITY=layer([box(0, 0, 150, 200)]),
+        )
