@@ -130,6 +130,7 @@ class Deadline:
     """
 
     def __init__(self, seconds: float, progress: Progress | None = None) -> None:
+        self.seconds = seconds
         self.start = time.monotonic()
         self.end = self.start + seconds
         self.progress = progress

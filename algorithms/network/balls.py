@@ -94,19 +94,19 @@ def ball_cuts(index: Structure, check: Optional[Callable[[], None]] = None) -> l
         seen.add(exits)
         if not no_ends:
             cuts.append(BallCut(v, exits, (), (), 1, 1))
-        elif _is_forest(index, ball, inside):
+        elif is_forest(index, ball, inside):
             cuts.append(BallCut(v, exits, (), (), 1, 2))
         else:
             cuts.append(_cycle_cut(index, v, ball, exits, tuple(inside), no_pairs))
     return cuts
 
 
-def _is_forest(index: Structure, ball: set[int], inside: list[int]) -> bool:
+def is_forest(index: Structure, ball: set[int], inside: list[int]) -> bool:
     """Tell whether usable edges inside the ball close no cycle."""
-    return len(inside) == len(ball) - _components(ball, [index.ends[e] for e in inside])
+    return len(inside) == len(ball) - components(ball, [index.ends[e] for e in inside])
 
 
-def _components(ball: set[int], pairs: list[tuple[int, int]]) -> int:
+def components(ball: set[int], pairs: list[tuple[int, int]]) -> int:
     """Count the connected components of a small graph."""
     parent = {u: u for u in ball}
 
@@ -134,26 +134,40 @@ def _cycle_cut(
     no_pairs: bool,
 ) -> BallCut:
     """Return the strongest inequality that holds although cycles inside the ball exist."""
+    faces = generating_faces(index, ball)
+    if faces is None:
+        return BallCut(v, exits, (), (), 1, 1)
+    if no_pairs:
+        star = _faces_at(index, v)
+        if faces <= star:
+            ring = closed_ring(index, v) if faces == star else ()
+            return BallCut(v, exits, ring, (), 1, 2)
+    girth = least_cycle(index, ball, faces)
+    return BallCut(v, exits, (), inside, girth, 2 * girth)
+
+
+def generating_faces(index: Structure, ball: set[int]) -> Optional[set[int]]:
+    """Return the faces inside a set of vertices if they generate all cycles there, else None."""
     mesh = index.problem.mesh
     around = {e for u in ball for e in mesh.vertex_edges[u].tolist()}
     pairs = [index.ends[e] for e in around if set(index.ends[e]) <= ball]
     near = {f for e in around for f in mesh.edge_faces[e].tolist() if f >= 0}
     faces = {f for f in near if set(mesh.faces[f].tolist()) <= ball}
-    if len(pairs) - len(ball) + _components(ball, pairs) != len(faces):
-        return BallCut(v, exits, (), (), 1, 1)
-    if not no_pairs:
-        return BallCut(v, exits, (), inside, 4, 8)
-    star = _faces_at(index, v)
-    if faces <= star:
-        ring = _ring(index, v, star) if faces == star else ()
-        return BallCut(v, exits, ring, (), 1, 2)
+    generated = len(pairs) - len(ball) + components(ball, pairs) == len(faces)
+    return faces if generated else None
+
+
+def least_cycle(index: Structure, ball: set[int], faces: set[int]) -> int:
+    """Return a lower bound of the edges of a cycle of streets within faces; see above."""
+    if math.isfinite(index.problem.too_close):
+        return 4
+    mesh = index.problem.mesh
     deficit = 0
     for u in ball:
         valence = int(mesh.valences[u])
         if valence < 4 and not mesh.boundary_vertices[u] and _faces_at(index, u) <= faces:
             deficit += 4 - valence
-    girth = max(4, 2 * (4 - deficit))
-    return BallCut(v, exits, (), inside, girth, 2 * girth)
+    return max(4, 2 * (4 - deficit))
 
 
 def _faces_at(index: Structure, v: int) -> set[int]:
@@ -163,11 +177,11 @@ def _faces_at(index: Structure, v: int) -> set[int]:
     return {f for f in mesh.edge_faces[around].ravel().tolist() if f >= 0}
 
 
-def _ring(index: Structure, v: int, star: set[int]) -> tuple[int, ...]:
+def closed_ring(index: Structure, v: int) -> tuple[int, ...]:
     """Return the closed ring of usable edges around an inner vertex, or nothing."""
     mesh = index.problem.mesh
     if mesh.boundary_vertices[v]:
         return ()
     spokes = set(mesh.vertex_edges[v].tolist())
-    ring = {e for f in star for e in mesh.face_edges[f].tolist()} - spokes
+    ring = {e for f in _faces_at(index, v) for e in mesh.face_edges[f].tolist()} - spokes
     return tuple(sorted(ring)) if all(index.usable[e] for e in ring) else ()

@@ -33,11 +33,11 @@ def chords(index: Structure) -> list[list[int]]:
         if edge in seen:
             continue
         u, v = index.ends[edge]
-        ahead, end_ahead = _follow(index, edge, v)
+        ahead, end_ahead = follow(index, edge, v)
         if ahead and ahead[-1] == edge:  # a closed line without any end
             seen.update(ahead)
             continue
-        back, end_back = _follow(index, edge, u)
+        back, end_back = follow(index, edge, u)
         line = [*reversed(back), edge, *ahead]
         seen.update(line)
         if index.root[end_ahead] and index.root[end_back]:
@@ -45,11 +45,32 @@ def chords(index: Structure) -> list[list[int]]:
     return found
 
 
-def _follow(index: Structure, edge: int, vertex: int) -> tuple[list[int], int]:
-    """Follow a straight line through `vertex` until it ends or closes."""
+def follow(
+    index: Structure, edge: int, vertex: int, *, through: bool = False
+) -> tuple[list[int], int]:
+    """Follow a straight line from an edge on until it ends or closes.
+
+    Parameters
+    ----------
+    index
+        The problem.
+    edge
+        Where to begin.
+    vertex
+        End of the edge beyond which to go on.
+    through
+        Whether to go on through sinks and existing streets.
+
+    Returns
+    -------
+    list of int
+        The usable edges beyond `vertex`; the last is `edge` if the line is closed.
+    int
+        Where the line ends.
+    """
     line: list[int] = []
     first = edge
-    while not index.root[vertex] and not index.street[vertex]:
+    while through or not (index.root[vertex] or index.street[vertex]):
         following = index.problem.mesh.continuation(vertex, edge)
         if following < 0 or not index.usable[following]:
             break

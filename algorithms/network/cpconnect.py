@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from typing import Any, Optional
+from typing import Optional
 
 import numpy as np
 from scipy.sparse.csgraph import connected_components, dijkstra
 
-from .cpmodel import CpNetwork, Literal, whole, whole_scale
+from .cpmodel import CpNetwork, Literal, index_of, whole, whole_scale
 from .problem import BoolArray, FloatArray
 from .structure import graph, sink_distance
 
@@ -49,7 +49,7 @@ def add_ranks(network: CpNetwork) -> None:
     The rank takes the part of the paper's distance value, one label per vertex instead of one
     per half-edge.
     """
-    index, model = network.index, network.model
+    index, write = network.index, network.write
     node, must = nodes(network)
     members: dict[int, list[int]] = defaultdict(list)
     for v in network.vertices:
@@ -62,12 +62,12 @@ def add_ranks(network: CpNetwork) -> None:
         elif len(vertices) == 1 and not index.street[vertices[0]]:
             on[c] = network.vertex[vertices[0]]
         else:
-            on[c] = model.new_bool_var("")
-            for e in {e for v in vertices for e in index.incident[v] if e in network.edge}:
-                model.add_implication(network.edge[e], on[c])
-    rank = {c: model.new_int_var(0, len(members), "") for c in on}
-    parents: dict[int, list[Any]] = defaultdict(list)
-    for e, x in network.edge.items():
+            on[c] = used = network.model.new_bool_var("")
+            for e in sorted({e for v in vertices for e in index.incident[v] if e in network.edge}):
+                write.implies(network.number[e], used.index)
+    rank = {c: write.whole(len(members)) for c in on}
+    parents: dict[int, list[int]] = defaultdict(list)
+    for e, x in network.number.items():
         network.check()
         ends = node[index.ends[e][0]], node[index.ends[e][1]]
         if ends[0] == ends[1]:
@@ -80,15 +80,20 @@ def add_ranks(network: CpNetwork) -> None:
                 # an edge to the root always serves as parent; no variable is needed
                 parents[a].append(x)
                 continue
-            way = model.new_bool_var("")
+            way = write.whole(1)
             ways.append(way)
-            model.add_implication(way, x)
-            model.add(rank[a] >= rank[b] + 1).only_enforce_if(way)
+            write.implies(way, x)
+            write.at_least((rank[a], rank[b]), (1, -1), 1, only_if=(way,))
             parents[a].append(way)
         if len(ways) == 2:
-            model.add_at_most_one(ways)
+            write.at_most_one(ways)
     for c, literal in on.items():
-        network.clause([*parents[c], network.negated(literal)])
+        write.some_of([*parents[c], *absent(literal)])
+
+
+def absent(literal: Literal) -> list[int]:
+    """Return the negation of a literal as an index, or nothing if the literal holds."""
+    return [] if literal is True else [-1 - index_of(literal)]
 
 
 def add_distances(network: CpNetwork, limit: Optional[float] = None) -> None:
@@ -112,7 +117,7 @@ def add_distances(network: CpNetwork, limit: Optional[float] = None) -> None:
             street = index.street[v]
             on = _labelled(network, v)
             labels.add(v, on, 0.0 if street else 1.0, far if street else near)
-    for e, x in network.edge.items():
+    for e, x in network.number.items():
         labels.link(*index.ends[e], float(problem.length[e]), x)
     for e in np.flatnonzero(problem.existing).tolist():
         u, v = index.ends[e]
@@ -160,7 +165,7 @@ def add_window_distances(network: CpNetwork, active: BoolArray) -> None:
         labels.add(v, network.vertex[v], weight[v], far)
         if math.isfinite(without[v]):
             labels.fix(v, float(without[v]))
-    for e, x in network.edge.items():
+    for e, x in network.number.items():
         labels.link(*index.ends[e], float(problem.length[e]), x)
     cut_off = [v for v in network.vertices if network.vertex[v] is True and math.isinf(without[v])]
     if cut_off:
@@ -205,76 +210,86 @@ class _Labels:
         index = network.index
         used = index.problem.length[np.array(index.usable) | index.problem.existing]
         self.network = network
-        self.unit = whole_scale(used.tolist(), finest)
+        self.write = network.write
+        self.unit = whole_scale(np.unique(used).tolist(), finest)
         network.label_cost = index.problem.weight_distance / self.unit
-        self.label: dict[int, Any] = {}
+        self.label: dict[int, int] = {}
         self.on: dict[int, Literal] = {}
-        self.parents: dict[int, list[Any]] = defaultdict(list)
-        self.ways: list[tuple[Any, int, int, float]] = []
-        self.fixed: list[tuple[Any, int, float]] = []
+        self.parents: dict[int, list[int]] = defaultdict(list)
+        self.ways: list[tuple[int, int, int, float]] = []
+        self.fixed: list[tuple[int, int, float]] = []
 
     def add(self, v: int, on: Literal, weight: float, far: float) -> None:
         """Give a vertex a label up to `far` that counts `weight` times."""
         self.network.check()
-        index, model = self.network.index, self.network.model
         top = math.ceil(far * self.unit) + 1
-        label = model.new_int_var(0, top, "")
+        label = self.write.whole(top)
         self.label[v], self.on[v] = label, on
-        least = whole(index.reach[v], self.unit)
+        least = whole(self.network.index.reach[v], self.unit)
         # in linear form, since this is what the bound of the distance term rests on
-        model.add(label >= least * (1 if on is True else on))
+        if on is True:
+            self.write.at_least((label,), (1,), least)
+        else:
+            self.write.at_least((label, index_of(on)), (1, -least), 0)
         if weight > 0:
-            self.network.add_cost(label, self.network.label_cost * weight, top)
+            self.network.costs.append((label, self.network.label_cost * weight, top))
 
     def fix(self, v: int, distance: float) -> None:
         """Offer a vertex a distance that is certain."""
-        way = self.network.model.new_bool_var("")
+        way = self.write.whole(1)
         least = whole(distance, self.unit)
-        self.network.model.add(self.label[v] >= least).only_enforce_if(way)
+        self.write.at_least((self.label[v],), (1,), least, only_if=(way,))
         self.parents[v].append(way)
         self.fixed.append((way, v, distance))
 
-    def link(self, u: int, v: int, length: float, x: Optional[Any]) -> None:
+    def link(self, u: int, v: int, length: float, x: Optional[int]) -> None:
         """Let each of two vertices be the parent of the other if x holds (None: always)."""
         self.network.check()
-        model = self.network.model
+        write = self.write
         step = whole(length, self.unit)
+        sinks = self.network.index.root
         ways = []
         for a, b in ((u, v), (v, u)):
-            at_sink = self.network.index.problem.sinks[b]
+            at_sink = sinks[b] and self.network.index.problem.sinks[b]
             if a not in self.label or (b not in self.label and not at_sink):
                 continue
-            way = model.new_bool_var("")
+            way = write.whole(1)
             ways.append(way)
             self.parents[a].append(way)
             self.ways.append((way, a, b, length))
             if x is not None:
-                model.add_implication(way, x)
-            base = self.label.get(b, 0)
-            model.add(self.label[a] >= base + step).only_enforce_if(way)
-            if b in self.label and self.on[b] is not True:
-                model.add_implication(way, self.on[b])
+                write.implies(way, x)
+            base = self.label.get(b)
+            if base is None:
+                write.at_least((self.label[a],), (1,), step, only_if=(way,))
+                continue
+            write.at_least((self.label[a], base), (1, -1), step, only_if=(way,))
+            on = self.on[b]
+            if on is not True:
+                write.implies(way, index_of(on))
         if len(ways) == 2:
-            model.add_at_most_one(ways)
+            write.at_most_one(ways)
 
     def finish(self) -> None:
         """Demand a parent of every vertex that is on."""
         for v, on in self.on.items():
-            self.network.clause([*self.parents[v], self.network.negated(on)])
+            self.network.check()
+            self.write.some_of([*self.parents[v], *absent(on)])
 
     def hint(self, distances: FloatArray) -> None:
         """Suggest the labels of a design, given its distances."""
-        model = self.network.model
         distance: list[float] = distances.tolist()
+        hints: list[tuple[int, int]] = []
         for v, label in self.label.items():
             value = distance[v]
-            model.add_hint(label, whole(value, self.unit) if math.isfinite(value) else 0)
+            hints.append((label, whole(value, self.unit) if math.isfinite(value) else 0))
         served: set[int] = set()
         for way, v, far in self.fixed:
             take = abs(distance[v] - far) < 1e-9
             served |= {v} if take else set()
-            model.add_hint(way, take)
+            hints.append((way, int(take)))
         for way, a, b, length in self.ways:
             take = a not in served and abs(distance[a] - distance[b] - length) < 1e-9
             served |= {a} if take else set()
-            model.add_hint(way, take)
+            hints.append((way, int(take)))
+        self.write.suggest([v for v, _ in hints], [value for _, value in hints])

@@ -9,6 +9,7 @@ from typing import Any, Optional, Union
 import numpy as np
 
 from .balls import BallCut
+from .cpwrite import Writer
 from .local import Term
 from .ortools_access import cp_model
 from .problem import BoolArray
@@ -64,6 +65,12 @@ def whole(value: float, scale: float) -> int:
     return near if abs(scaled - near) <= 1e-9 + 1e-13 * near else math.floor(scaled)
 
 
+def index_of(literal: Literal) -> int:
+    """Return the index of an open literal in the model; that of a negated one is negative."""
+    variable: Any = literal
+    return int(variable.index)
+
+
 class CpNetwork:
     """A CP-SAT model over the free edges of a problem, the others being fixed.
 
@@ -88,10 +95,14 @@ class CpNetwork:
         Literal per edge: a variable for free ones.
     vertex
         Literal per vertex at free edges: whether it is active.
+    write
+        Writes into the model by index of variables, which is fast.
     costs
-        Triples (variable, cost, largest value of the variable), the objective so far.
+        Triples (index of a variable, cost, largest value), the objective so far.
     label_cost
         Cost of one unit of a distance label, 0 without any.
+    hints
+        Called with a design to start from, for the variables of requirements.
     """
 
     def __init__(
@@ -109,12 +120,17 @@ class CpNetwork:
         self.finest = finest
         self.check: Callable[[], None] = check or (lambda: None)
         self.model: Any = cp_model().CpModel()
+        self.write = Writer(self.model)
+        self._on: list[bool] = fixed.tolist()
         self.expression: Any = cp_model().LinearExpr
-        self.costs: list[tuple[Any, float, int]] = []
+        self.costs: list[tuple[int, float, int]] = []
         self.label_cost = 0.0
         self.constant = 0.0
         self.slack: dict[int, Literal] = {}
+        self.hints: list[Callable[[BoolArray], None]] = []
         self.edge: dict[int, Any] = {e: self.model.new_bool_var("") for e in self.free}
+        # the indices of the same variables
+        self.number: dict[int, int] = {e: x.index for e, x in self.edge.items()}
         self.vertices = sorted({v for e in self.free for v in index.ends[e]})
         self.vertex: dict[int, Literal] = {}
         self._add_vertices()
@@ -123,7 +139,7 @@ class CpNetwork:
     def literal(self, edge: int) -> Literal:
         """Return the literal of any edge: of a free one its variable."""
         found = self.edge.get(edge)
-        return bool(self.fixed[edge]) if found is None else found
+        return self._on[edge] if found is None else found
 
     def negated(self, literal: Literal) -> Literal:
         """Return the negation of a literal."""
@@ -134,7 +150,7 @@ class CpNetwork:
         self.check()
         kept = [a for a in literals if a is not False]
         if not any(a is True for a in kept):
-            self.model.add_bool_or(kept)
+            self.write.some_of([index_of(a) for a in kept])
 
     def cost(self, literal: Literal, weight: float) -> None:
         """Add a cost that is due if the literal holds."""
@@ -145,26 +161,25 @@ class CpNetwork:
 
     def add_cost(self, variable: Any, cost: float, top: int = 1) -> None:
         """Add a cost per unit of a variable that has at most the value `top`."""
-        self.costs.append((variable, cost, top))
+        self.costs.append((variable.index, cost, top))
 
     def _add_vertices(self) -> None:
         """Tie vertices to edges and forbid dead ends in the form that relaxes best."""
-        index, model = self.index, self.model
+        index, model, write = self.index, self.model, self.write
         for v in self.vertices:
             self.check()
             mine = index.incident[v]
-            if index.street[v] or any(self.literal(e) is True for e in mine):
+            xs = [self.number[e] for e in mine if e in self.number]
+            if index.street[v] or any(self._on[e] for e in mine if e not in self.number):
                 self.vertex[v] = True
                 continue
-            active = model.new_bool_var("")
-            self.vertex[v] = active
-            xs = [self.edge[e] for e in mine if e in self.edge]
+            self.vertex[v] = active = model.new_bool_var("")
             for x in xs:
-                model.add_implication(x, active)
+                write.implies(x, active.index)
             if index.two[v]:
-                model.add(self.expression.sum(xs) >= 2 * active)
+                write.at_least([*xs, active.index], [1] * len(xs) + [-2], 0)
             else:
-                model.add_bool_or([*xs, ~active])
+                write.some_of([*xs, -1 - active.index])
 
     def _add_required(self) -> None:
         """Demand the required edges and put the length costs into the objective."""
@@ -183,26 +198,36 @@ class CpNetwork:
                 continue
             if term.hard:
                 for body in bodies:
-                    self.clause(body)
+                    self.write.some_of(body)
                 continue
             if any(not body for body in bodies):
                 self.constant += term.weight
                 continue
             # the negation of a single literal needs no variable of its own
             if len(bodies) == 1 and len(bodies[0]) == 1:
-                self.cost(self.negated(bodies[0][0]), term.weight)
+                self.costs.append((-1 - bodies[0][0], term.weight, 1))
                 continue
-            due = self.model.new_bool_var("")
+            due = self.write.whole(1)
             for body in bodies:
-                self.model.add_bool_or([*body, due])
-            self.cost(due, term.weight)
+                self.write.some_of([*body, due])
+            self.costs.append((due, term.weight, 1))
 
-    def _body(self, on: Sequence[int], off: Sequence[int]) -> Optional[list[Any]]:
+    def _body(self, on: Sequence[int], off: Sequence[int]) -> Optional[list[int]]:
         """Return literals of which one holds unless the alternative does; None: one does."""
-        literals = [self.negated(self.literal(e)) for e in on] + [self.literal(e) for e in off]
-        if any(a is True for a in literals):
-            return None
-        return [a for a in literals if a is not False]
+        literals = []
+        for e in on:
+            x = self.number.get(e)
+            if x is not None:
+                literals.append(-1 - x)
+            elif not self._on[e]:
+                return None
+        for e in off:
+            x = self.number.get(e)
+            if x is not None:
+                literals.append(x)
+            elif self._on[e]:
+                return None
+        return literals
 
     def add_cover(self, cover: Iterable[tuple[int, tuple[int, ...]]]) -> None:
         """Demand coverage, with a slack where it is soft (CND eq. 6)."""
@@ -221,7 +246,7 @@ class CpNetwork:
             slack = self.model.new_bool_var("") if kept else True
             self.slack[v] = slack
             if kept:
-                self.model.add_bool_or([*kept, slack])
+                self.write.some_of([index_of(a) for a in (*kept, slack)])
             self.cost(slack, penalty)
 
     def _active(self, v: int) -> Literal:
@@ -229,7 +254,7 @@ class CpNetwork:
         found = self.vertex.get(v)
         if found is not None:
             return found
-        return self.index.street[v] or any(self.fixed[e] for e in self.index.incident[v])
+        return self.index.street[v] or any(self._on[e] for e in self.index.incident[v])
 
     def add_cuts(self, cuts: Iterable[BallCut]) -> None:
         """Add ball-exit inequalities whose coverage slack is known."""
@@ -244,8 +269,8 @@ class CpNetwork:
             if known >= cut.rhs:
                 continue
             kept = [(literal, w) for literal, w in parts if not isinstance(literal, bool)]
-            total = self.expression.weighted_sum([a for a, _ in kept], [w for _, w in kept])
-            self.model.add(total >= cut.rhs - known)
+            indices, weights = [a.index for a, _ in kept], [w for _, w in kept]
+            self.write.at_least(indices, weights, cut.rhs - known)
 
     def add_requirements(self) -> None:
         """Add what is asked of the network as a whole."""
@@ -263,15 +288,13 @@ class CpNetwork:
             return True
         both = self.model.new_bool_var("")
         for a in kept:
-            self.model.add_implication(both, a)
+            self.write.implies(both.index, index_of(a))
         return both
 
     def minimise(self) -> float:
         """Set the objective; return the factor that its whole numbers are multiples of."""
         scale = self._scale()
-        variables = [variable for variable, _, _ in self.costs]
-        weights = [whole(cost, scale) for _, cost, _ in self.costs]
-        self.model.minimize(self.expression.weighted_sum(variables, weights))
+        self.write.minimise((index, whole(cost, scale)) for index, cost, _ in self.costs)
         return scale
 
     def _scale(self) -> float:
@@ -288,9 +311,11 @@ class CpNetwork:
 
     def hint(self, active: BoolArray) -> None:
         """Suggest a design to start from."""
-        for e, x in self.edge.items():
-            self.model.add_hint(x, bool(active[e]))
-        for v, literal in self.vertex.items():
-            if not isinstance(literal, bool):
-                on = any(active[e] for e in self.index.incident[v])
-                self.model.add_hint(literal, on)
+        on: list[bool] = active.tolist()
+        self.write.suggest(self.number.values(), (int(on[e]) for e in self.number))
+        open_ = [(v, a.index) for v, a in self.vertex.items() if not isinstance(a, bool)]
+        incident = self.index.incident
+        touched = (int(any(on[e] for e in incident[v])) for v, _ in open_)
+        self.write.suggest((i for _, i in open_), touched)
+        for tell in self.hints:
+            tell(active)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Optional
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -68,9 +70,12 @@ class Evaluator:
     ----------
     problem
         The problem.
+    check
+        Called often while it is built; may raise an error to end that.
     """
 
     problem: NetworkProblem
+    check: Optional[Callable[[], None]] = None
     _kinds: list[str] = field(init=False)
     _sources: IntArray = field(init=False)
     _weights: FloatArray = field(init=False)
@@ -83,7 +88,7 @@ class Evaluator:
 
     def __post_init__(self) -> None:
         """Write all terms as rows of one sparse matrix."""
-        index = structure(self.problem, strip=False)
+        index = structure(self.problem, strip=False, check=self.check)
         self._cover = index.cover
         self._cost = np.array(index.cost)
         self._street = np.array(index.street, dtype=bool)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -15,10 +15,23 @@ from .problem import BoolArray, NetworkProblem
 Scenario = Literal["boundary", "one sink", "inner"]
 
 
-def _keep_535(i: int, j: int) -> bool:
-    """Tell whether a square belongs to the mesh of 535 edges."""
-    corners = (i < 4 and j < 3) or (i >= 14 and j >= 13) or (i >= 16 and j < 5)
-    return not (corners or (i < 2 and j >= 12) or (7 <= i < 10 and j >= 15))
+def cut_grid(nx: int, ny: int, corners: Sequence[tuple[int, int]]) -> QuadMesh:
+    """Return a grid of unit squares without a block of squares at each of its corners.
+
+    Parameters
+    ----------
+    nx, ny
+        Squares in x and y.
+    corners
+        Columns and rows that are cut away at the lower left, upper right, lower right and upper
+        left corner.
+    """
+
+    def keep(i: int, j: int) -> bool:
+        places = ((i, j), (nx - 1 - i, ny - 1 - j), (nx - 1 - i, j), (i, ny - 1 - j))
+        return not any(a < c and b < r for (a, b), (c, r) in zip(places, corners))
+
+    return grid(nx, ny, keep=keep)
 
 
 def _keep_660(i: int, j: int) -> bool:
@@ -27,11 +40,14 @@ def _keep_660(i: int, j: int) -> bool:
     return not (corners or (i < 2 and j >= 13) or (8 <= i < 11 and j >= 16))
 
 
-#: Meshes of about the sizes that the paper reports times for, by that size.
+#: Meshes of the sizes that the paper reports times for, by that size (660 has 654 edges).
 PAPER_MESHES: dict[int, Callable[[], QuadMesh]] = {
     312: lambda: grid(12, 12),
-    535: lambda: grid(18, 16, keep=_keep_535),
+    535: lambda: cut_grid(18, 17, ((4, 3), (3, 2), (4, 5), (3, 6))),
+    543: lambda: cut_grid(18, 17, ((4, 3), (3, 2), (4, 4), (3, 6))),
+    657: lambda: cut_grid(21, 18, ((4, 3), (5, 3), (4, 6), (3, 6))),
     660: lambda: grid(20, 18, keep=_keep_660),
+    662: lambda: cut_grid(20, 18, ((4, 3), (3, 2), (2, 6), (3, 6))),
     1012: lambda: grid(22, 22),
     1200: lambda: grid(24, 24),
 }
@@ -53,6 +69,7 @@ def paper_problem(
     scenario: Scenario = "boundary",
     *,
     coverage: int = 2,
+    exits: Sequence[int] | None = None,
     **rules: Any,
 ) -> NetworkProblem:
     """Make one of the paper's problems: no dead ends, no close pairs, zigzags cost 5.
@@ -67,6 +84,9 @@ def paper_problem(
         sinks inside, all edges may be streets (2e-g).
     coverage
         Coverage range in edges.
+    exits
+        Vertices that are the sinks instead: for "one sink" the gaps in the wall, otherwise the
+        places where traffic leaves the boundary street or the mesh.
     **rules
         Other fields of `NetworkProblem`, for instance ``weight_distance=1.0``.
 
@@ -82,12 +102,15 @@ def paper_problem(
     if scenario == "boundary":
         existing, candidate, sinks = rim.copy(), ~rim, on_rim.copy()
     elif scenario == "one sink":
-        sinks[_top(mesh)] = True
+        sinks[_top(mesh) if exits is None else list(exits)] = True
         reachable = ~on_rim | sinks
         candidate = ~rim & reachable[mesh.edges].all(axis=1)
         required = ~on_rim
     else:
         sinks = _four_inside(mesh)
+    if exits is not None:
+        sinks = np.zeros(len(mesh.vertices), dtype=bool)
+        sinks[list(exits)] = True
     fields: dict[str, Any] = {
         "cover": _cover(mesh, existing, required, coverage),
         "cover_radius": coverage,

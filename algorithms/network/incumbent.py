@@ -40,6 +40,9 @@ class Incumbent:
         Every objective is a whole multiple of 1 / grain; 0 if that is not known.
     proven
         Whether a solver without rounded costs has proven the best design optimal.
+    alone
+        Whether only the thread that made the run may change the design, and proofs do not end
+        it: then nothing depends on timing.
     best, value, bound
         Best design (shape (e,)) or None, its exact objective, proven lower bound.
     """
@@ -50,6 +53,7 @@ class Incumbent:
     progress: Optional[Progress] = None
     grain: int = 0
     proven: bool = False
+    alone: bool = False
     best: Optional[BoolArray] = None
     value: float = math.inf
     bound: float = 0.0
@@ -59,13 +63,16 @@ class Incumbent:
     def __post_init__(self) -> None:
         """Prepare what threads share."""
         self._lock = threading.Lock()
+        self._owner = threading.get_ident()
         self._told: tuple[float, float] = (math.inf, 0.0)
 
     def take(self, active: BoolArray) -> bool:
         """Keep a design if it is valid and better; return whether it is."""
+        if self.alone and threading.get_ident() != self._owner:
+            return False
         value = self.evaluator.objective(active)
         with self._lock:
-            if not value < self.value - 1e-9:
+            if not value < self.value - slight(value):
                 return False
             self.best, self.value = active.copy(), value
             self.history.append((self.deadline.elapsed, value))
@@ -90,7 +97,7 @@ class Incumbent:
 
     def closed(self) -> bool:
         """Tell whether the gap will do."""
-        if self.best is None:
+        if self.best is None or self.alone:
             return False
         if self.proven:
             return True
@@ -105,9 +112,12 @@ class Incumbent:
         """Tell whether the caller wants the run to stop."""
         return self.progress is not None and self.progress.cancelled()
 
-    def beside(self, work: Callable[[], None]) -> Companion:
-        """Run `work` in a thread of its own until it ends or the run is finished."""
-        return Companion(work, self)
+    def beside(self, work: Callable[[], None], *, later: bool = False) -> Companion:
+        """Run `work` in a thread of its own until it ends or the run is finished.
+
+        With `later` it begins when `Companion.start` is called.
+        """
+        return Companion(work, self, later=later)
 
     def wanted(self) -> Callable[[], None]:
         """Return what to call often while a model is built in the caller's thread.
@@ -154,6 +164,11 @@ class Incumbent:
         )
 
 
+def slight(value: float) -> float:
+    """Return the difference of objectives that counts as none; small objectives have less."""
+    return 1e-9 * min(1.0, abs(value))
+
+
 def patience(over: Callable[[], bool]) -> Callable[[], None]:
     """Return a function that raises `CancelledError` once `over` is true, asked now and then."""
     due = 0.0
@@ -179,10 +194,14 @@ class Companion:
         What it does; must look at `run.finished` often.
     run
         The run; it is finished when the block is left.
+    later
+        Whether to wait for `start`.
     """
 
-    def __init__(self, work: Callable[[], None], run: Incumbent) -> None:
+    def __init__(self, work: Callable[[], None], run: Incumbent, *, later: bool = False) -> None:
         self._of = run
+        self._later = later
+        self._started = False
         self._failure: list[BaseException] = []
         self._work = work
         # not a daemon: the interpreter must not end while a solver works
@@ -203,14 +222,24 @@ class Companion:
         return self._thread.is_alive()
 
     def __enter__(self) -> Companion:
-        """Start."""
-        self._thread.start()
+        """Start, unless that is for later."""
+        if not self._later:
+            self.start()
         return self
+
+    def start(self) -> bool:
+        """Start the work; return False if it has been started before."""
+        if self._started:
+            return False
+        self._started = True
+        self._thread.start()
+        return True
 
     def __exit__(self, kind: object, *_: object) -> None:
         """End the thread; raise what went wrong in it if there is no design, else warn."""
         self._of.finished.set()
-        self._thread.join(GRACE)
+        if self._started:
+            self._thread.join(GRACE)
         if not self._failure or kind is not None:
             return
         error = self._failure[0]

@@ -36,6 +36,10 @@ class LinearModel:
         """Add a 0-1 variable."""
         return self._variable(1.0, "Integer", cost)
 
+    def integer(self, upper: float, cost: float = 0.0) -> Any:
+        """Add a whole-number variable from 0 to `upper`."""
+        return self._variable(upper, "Integer", cost)
+
     def real(self, upper: Optional[float] = None, cost: float = 0.0) -> Any:
         """Add a continuous variable from 0 to `upper` (None for no limit)."""
         return self._variable(upper, "Continuous", cost)

@@ -9,7 +9,8 @@ import numpy as np
 from .chords import chord_start
 from .incumbent import Incumbent
 from .model import flow_model
-from .solvers import relaxation_bound, solve_mip
+from .relaxation import Relaxation, raise_by_rounds
+from .solvers import solve_mip
 from .structure import Structure
 from .windows import Windows
 
@@ -31,38 +32,35 @@ def straight_start(run: Incumbent, index: Structure) -> None:
             run.take(active)
 
 
-def mip_bound(run: Incumbent, index: Structure, solver: str = "highs", *, flow: bool) -> str:
+def mip_bound(run: Incumbent, index: Structure, solver: str = "highs") -> str:
     """Solve the whole problem by a mixed-integer solver until the run is finished.
 
     Parameters
     ----------
     run
-        Told bounds and, with `flow`, designs.
+        Told bounds and designs.
     index
         The problem.
     solver
         Name of the solver.
-    flow
-        Whether connection is demanded; without it only bounds come out, sooner.
 
     Returns
     -------
     str
-        Status of the solver; without `flow` "infeasible" is all that means something.
+        Status of the solver.
     """
-    model = flow_model(index, flow=flow, check=run.wanted_beside())
 
     def enough() -> bool:
         return run.finished.is_set() or run.deadline.passed()
 
     if solver == "highs" and len(index.edges) > LARGE:
-        relaxed = relaxation_bound(model.linear, time_limit=run.deadline.left, cancelled=enough)
-        run.raise_bound(relaxed)
-        model = flow_model(index, flow=flow, check=run.wanted_beside())
+        relaxation = Relaxation(index, run.wanted_beside())
+        if not raise_by_rounds(relaxation, run.raise_bound, enough):
+            return "infeasible"
+    model = flow_model(index, check=run.wanted_beside())
 
     def take(values: dict[str, float]) -> None:
-        if flow:
-            run.take(model.chosen(values))
+        run.take(model.chosen(values))
 
     result = solve_mip(
         model.linear,
@@ -91,7 +89,7 @@ def solve_by_mip(run: Incumbent, index: Structure, seed: int, solver: str) -> bo
     status = ["unknown"]
 
     def whole() -> None:
-        status[0] = mip_bound(run, index, solver, flow=True)
+        status[0] = mip_bound(run, index, solver)
         run.proven |= status[0] == "optimal"
         if status[0] in ("optimal", "infeasible"):
             run.finished.set()

@@ -36,6 +36,9 @@ class NetworkModel:
         Variables of usable edges and of free vertices.
     slack
         Variable per vertex whose coverage is soft.
+    exact
+        Whether requirements must be exact; else they may leave out what only costs time where
+        bounds are all that is wanted.
     """
 
     index: Structure
@@ -43,6 +46,7 @@ class NetworkModel:
     edge: dict[int, Any] = field(default_factory=dict)
     vertex: dict[int, Any] = field(default_factory=dict)
     slack: dict[int, Any] = field(default_factory=dict)
+    exact: bool = True
 
     def chosen(self, values: dict[str, float]) -> BoolArray:
         """Return the chosen edges of a solution, given the values by name of variable."""
@@ -57,6 +61,7 @@ def flow_model(
     *,
     cuts: bool = True,
     flow: bool = True,
+    exact: bool = True,
     fixed: Optional[dict[int, bool]] = None,
     check: Optional[Callable[[], None]] = None,
 ) -> NetworkModel:
@@ -70,6 +75,8 @@ def flow_model(
         Add ball-exit inequalities; see `balls`.
     flow
         Demand connection to sinks and count distances. Without it the model is a relaxation.
+    exact
+        See `NetworkModel`; False gives a relaxation where there are requirements.
     fixed
         Edges that are decided already, for instance outside a window.
     check
@@ -80,7 +87,39 @@ def flow_model(
     NetworkModel
     """
     model = start_model(index, check)
+    model.exact = exact and flow
     linear = model.linear
+    add_rules(model)
+    for e, value in (fixed or {}).items():
+        linear.row([(model.edge[e], 1.0)], low=float(value), high=float(value))
+    if cuts:
+        _add_cuts(model, check)
+    if flow:
+        _add_flow(model)
+    linear.finish()
+    return model
+
+
+def start_model(
+    index: Structure,
+    check: Optional[Callable[[], None]] = None,
+    linear: Optional[LinearModel] = None,
+) -> NetworkModel:
+    """Return a model with edges, vertices, length costs and required edges only."""
+    model = NetworkModel(index, linear or LinearModel("network", check))
+    model.linear.constant = index.fixed
+    for e in index.edges:
+        model.edge[e] = model.linear.binary(index.cost[e])
+        if index.problem.required[e]:
+            model.linear.row([(model.edge[e], 1.0)], low=1.0)
+    for v in index.free:
+        model.vertex[v] = model.linear.binary()
+    return model
+
+
+def add_rules(model: NetworkModel) -> None:
+    """Add all but connection and distances: degrees, local rules, coverage, requirements."""
+    index, linear = model.index, model.linear
     for v in index.free:
         xs = [(model.edge[e], 1.0) for e in index.incident[v]]
         y = model.vertex[v]
@@ -96,27 +135,6 @@ def flow_model(
     add_cover(model)
     for requirement in index.problem.requirements:
         requirement.add_to_mip(model)
-    for e, value in (fixed or {}).items():
-        linear.row([(model.edge[e], 1.0)], low=float(value), high=float(value))
-    if cuts:
-        _add_cuts(model, check)
-    if flow:
-        _add_flow(model)
-    linear.finish()
-    return model
-
-
-def start_model(index: Structure, check: Optional[Callable[[], None]] = None) -> NetworkModel:
-    """Return a model with edges, vertices, length costs and required edges only."""
-    model = NetworkModel(index, LinearModel("network", check))
-    model.linear.constant = index.fixed
-    for e in index.edges:
-        model.edge[e] = model.linear.binary(index.cost[e])
-        if index.problem.required[e]:
-            model.linear.row([(model.edge[e], 1.0)], low=1.0)
-    for v in index.free:
-        model.vertex[v] = model.linear.binary()
-    return model
 
 
 def add_terms(model: NetworkModel, terms: Iterable[Term]) -> None:

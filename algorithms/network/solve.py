@@ -9,18 +9,15 @@ import numpy as np
 from ..errors import CancelledError, InfeasibleError
 from ..progress import Deadline, Progress
 from . import ortools_access
-from .conflicts import explain
 from .cpmodel import cost_grain
 from .evaluate import Evaluator
-from .incumbent import Incumbent
+from .incumbent import Incumbent, patience
 from .mipstrategy import solve_by_mip
 from .problem import BoolArray, Design, NetworkProblem
 from .solvers import check_solver
-from .strategies import first_start, no_design_yet, solve_by_cp
+from .strategies import TOO_EARLY, no_design_yet, solve_by_cp
 from .structure import Structure, structure
-
-#: Seconds for finding out which rules are in conflict.
-DIAGNOSIS = 5.0
+from .whynot import diagnose
 
 
 def solve(
@@ -31,6 +28,7 @@ def solve(
     seed: int = 1,
     solver: str = "auto",
     start: Optional[BoolArray] = None,
+    iterations: Optional[int] = None,
     progress: Optional[Progress] = None,
 ) -> Design:
     """Design a network.
@@ -49,6 +47,10 @@ def solve(
         "auto", "cpsat", "highs", or the name of another solver that PuLP finds.
     start
         Shape (e,). A design to start from; ignored if it is not valid.
+    iterations
+        Number of windows that the search solves. Then, with the same seed, the design is the same
+        every time, as long as the time limit is not reached first; neither the gap nor the proof
+        of a bound ends the search. Of "cpsat" only; None for no limit.
     progress
         Told incumbents and bounds, asked for cancellation.
 
@@ -60,7 +62,8 @@ def solve(
     Raises
     ------
     InfeasibleError
-        If no design satisfies the hard rules, or none was found in time.
+        If no design satisfies the hard rules, or none was found in time. In the first case its
+        `diagnosis` says why (`whynot.Diagnosis`).
     InputError
         If there is no such solver.
     MissingDependencyError
@@ -70,13 +73,19 @@ def solve(
     """
     by_cp = _uses_cp(solver)
     deadline = Deadline(time_limit, progress)
-    index = structure(problem)
-    run = Incumbent(Evaluator(problem), deadline, gap, progress, cost_grain(index))
+    check = patience(lambda: progress is not None and progress.cancelled())
+    try:
+        index = structure(problem, check=check)
+        evaluator = Evaluator(problem, check)
+    except CancelledError:
+        raise CancelledError(TOO_EARLY) from None
+    run = Incumbent(evaluator, deadline, gap, progress, cost_grain(index))
     run.raise_bound(index.fixed)
     if start is not None:
         run.take(np.asarray(start, dtype=bool))
-    if index.conflicts or not _search(run, index, seed, solver, by_cp):
-        raise InfeasibleError(_why(problem, by_cp, progress))
+    if index.conflicts or not _search(run, index, seed, solver, by_cp, iterations):
+        found = diagnose(problem, by_cp=by_cp, seed=seed, progress=progress)
+        raise InfeasibleError(found.text, found)
     if run.best is None:
         raise no_design_yet(run)
     run.report()
@@ -92,34 +101,21 @@ def _uses_cp(solver: str) -> bool:
     return solver == "cpsat" or (solver == "auto" and ortools_access.available())
 
 
-def _search(run: Incumbent, index: Structure, seed: int, solver: str, by_cp: bool) -> bool:
+def _search(
+    run: Incumbent,
+    index: Structure,
+    seed: int,
+    solver: str,
+    by_cp: bool,
+    iterations: Optional[int],
+) -> bool:
     """Run the strategy of a solver; return False if there is no valid design."""
     try:
         if by_cp:
-            return solve_by_cp(run, index, seed)
+            return solve_by_cp(run, index, seed, iterations)
         return solve_by_mip(run, index, seed, "highs" if solver == "auto" else solver)
     except CancelledError:
         # while a model was being built
         if run.best is None:
             raise no_design_yet(run) from None
         return True
-
-
-def _why(problem: NetworkProblem, by_cp: bool, progress: Optional[Progress]) -> str:
-    """Say which rules contradict each other, within a few seconds."""
-    deadline = Deadline(DIAGNOSIS, progress)
-
-    def feasible(relaxed: NetworkProblem) -> bool:
-        index = structure(relaxed)
-        if index.conflicts:
-            return False
-        trial = Incumbent(Evaluator(relaxed), Deadline(min(1.0, deadline.left), progress))
-        if by_cp:
-            first_start(trial, index, 1)
-        else:
-            # any design will do, and a relative gap of 1 is any design
-            trial.gap = 1.0
-            solve_by_mip(trial, index, 1, "highs")
-        return trial.best is not None
-
-    return explain(problem, feasible, deadline.passed)

@@ -172,49 +172,6 @@ def _solve_other(
     return MipResult(status, bound, values)
 
 
-def relaxation_bound(
-    model: LinearModel, *, time_limit: float, cancelled: Optional[Callable[[], bool]] = None
-) -> float:
-    """Return the value of the linear relaxation, found by HiGHS's interior point method.
-
-    On large models this takes a fraction of the time that the mixed-integer solver needs until
-    its first bound, since it does without presolve for integers and without a basis.
-
-    Parameters
-    ----------
-    model
-        The program.
-    time_limit
-        Seconds.
-    cancelled
-        See `solve_mip`.
-
-    Returns
-    -------
-    float
-        A lower bound of the objective, less the tolerance of the method; -inf if none was found
-        in time.
-    """
-    kinds = pulp.HiGHS.hscb.HighsCallbackType
-    watch = _Watch(model, kinds, None, None)
-    highs = pulp.HiGHS(
-        mip=False,
-        msg=False,
-        timeLimit=max(0.05, time_limit),
-        threads=1,
-        callbackTuple=(watch.note, None),
-        callbacksToActivate=[kinds.kCallbackIpmInterrupt],
-        solver="ipm",
-        run_crossover="off",
-    )
-    if not _run_highs(model, highs, watch, time_limit, cancelled):
-        return -math.inf
-    if model.problem.status != pulp.LpStatusOptimal or watch.stop.is_set():
-        return -math.inf
-    value = float(model.problem.solverModel.getObjectiveValue())
-    return model.cost_of(value - 1e-6 * (1.0 + abs(value)))
-
-
 def _status(problem: Any) -> str:
     """Translate PuLP's status of the solution, which is right where that of the solve is not."""
     return {
@@ -321,8 +278,10 @@ class _Watch:
             answer.user_interrupt = True
         if kind != self.kinds.kCallbackMipInterrupt:
             return
-        if self.bound < out.mip_dual_bound < 1e20:
-            self.bound = out.mip_dual_bound
+        # near the end the dual bound may be that of what was cut off, above the optimum
+        bound = min(out.mip_dual_bound, out.mip_primal_bound)
+        if self.bound < bound < 1e20:
+            self.bound = bound
             if self.on_bound is not None:
                 self.on_bound(self.model.cost_of(self.bound))
 

@@ -4,39 +4,43 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Sequence
 from typing import Optional
 
 import numpy as np
 
 from ..errors import CancelledError, InfeasibleError
-from .cpmodel import CpNetwork
+from .bounding import LARGEST, bound_beside, bounded_network
 from .cpsat import CpOptions, full_network, run_cp
-from .incumbent import Incumbent
-from .mipstrategy import mip_bound, straight_start
+from .incumbent import Companion, Incumbent
+from .parallel import Course, Crew
 from .problem import BoolArray
+from .repair import repaired_start
 from .search import WindowSearch
+from .starts import first_design
 from .structure import Structure
 from .windows import Windows
 
+#: What a run says that is cancelled before it has a design.
+TOO_EARLY = "The run was cancelled before a first design was found."
 #: Problems with at most this many usable edges are first tried as a whole.
-SMALL = 400
+SMALL = 200
 #: Effort of that trial, in CP-SAT's deterministic units.
 TRIAL = 0.4
 #: Effort of the first attempt to find any design; later ones take twice as much each.
 FIRST_EFFORT = 0.4
-#: Problems with at most this many usable edges get their bound from CP-SAT, others from a MIP.
-CP_BOUND = 400
-#: Windows without improvement after which the search starts anew with another seed.
-STALE = 40
-#: Efforts per window that the searches take in turn.
-EFFORTS = (0.15, 0.4, 0.08)
+#: Threads that solve windows, until the proof of a bound begins beside them.
+THREADS = 2
+#: Seconds, and share of the time, in which the search has all threads to itself.
+ALONE, ALONE_SHARE = 2.0, 0.25
+#: Effort per window with which searches after the first begin.
+LATER_EFFORT = 0.25
 
 
 def no_design_yet(run: Incumbent) -> Exception:
     """Return the error of a run that ends before any design was found."""
     if run.cancelled():
-        return CancelledError("The run was cancelled before a first design was found.")
+        return CancelledError(TOO_EARLY)
     return InfeasibleError(
         f"No street network was found in {run.deadline.elapsed:.0f} s, and none was proven "
         "impossible. Allow more time, a larger coverage range or dead ends."
@@ -77,7 +81,7 @@ def first_start(run: Incumbent, index: Structure, seed: int) -> bool:
 
 def whole_problem(run: Incumbent, index: Structure, seed: int, effort: Optional[float]) -> str:
     """Solve the whole problem by CP-SAT; return its status."""
-    network = _bounded(run, index, run.wanted())
+    network = bounded_network(run, index, run.wanted())
     # a full linear relaxation: on plans of cells as wide as blocks forty times as fast
     options = CpOptions(run.deadline.left, effort=effort, seed=seed, linearization=2)
     # the caller's thread may report only from its own thread, so solutions come at the end
@@ -89,88 +93,91 @@ def whole_problem(run: Incumbent, index: Structure, seed: int, effort: Optional[
     return result.status
 
 
-def _bounded(run: Incumbent, index: Structure, check: Callable[[], None]) -> CpNetwork:
-    """Build the whole model with what the best design implies."""
-    weight = index.problem.weight_distance
-    limit = None
-    if run.best is not None and weight > 0:
-        limit = run.value / weight
-    return full_network(index, start=run.best, distance_limit=limit, check=check)
-
-
-def bound_beside(run: Incumbent, index: Structure, seed: int) -> None:
-    """Prove a bound by the means that suits the problem; the work of the second thread."""
-    if index.with_distance or len(index.edges) > CP_BOUND:
-        # the cost of a flow is the better bound of distances; without them the flow only
-        # slows the solver down
-        mip_bound(run, index, flow=index.with_distance)
-    else:
-        cp_bound(run, index, seed)
-
-
-def cp_bound(run: Incumbent, index: Structure, seed: int) -> None:
-    """Prove a bound of the whole problem by CP-SAT, until the run is finished."""
-    network = _bounded(run, index, run.wanted_beside())
-    options = CpOptions(run.deadline.left, seed=seed + 1, linearization=2)
-    result = run_cp(network, options, stop=run.finished.is_set, on_bound=run.raise_bound)
-    run.raise_bound(result.bound)
-    # what it finds on the way would make runs depend on timing; an optimum does not
-    if result.status == "optimal" and result.active is not None:
-        run.take(result.active)
-
-
-def window_search(run: Incumbent, index: Structure, seed: int) -> None:
+def window_search(
+    run: Incumbent,
+    index: Structure,
+    seed: int,
+    *,
+    iterations: Optional[int] = None,
+    beside: Optional[Companion] = None,
+    starts: Sequence[BoolArray] = (),
+) -> None:
     """Improve the best design until the run is to stop, with a new seed when it goes stale.
 
-    Every second new search starts from the first design instead of the best: where a search
-    ends depends on its seed.
+    New searches start from the best design and from other starts in turn: where a search ends
+    depends on its seed and its start.
+
+    Parameters
+    ----------
+    run
+        The run; it has a design.
+    index
+        The problem.
+    seed
+        Seed of all choices.
+    iterations
+        Number of windows after which to stop; None for no limit.
+    beside
+        Work that begins once the search has had `ALONE` seconds to itself.
+    starts
+        Other valid designs to start from.
     """
     if run.best is None or not index.edges:
         return
     windows = Windows(index, run.wanted())
     rng = np.random.default_rng(seed)
-    efforts = itertools.cycle(EFFORTS)
-    starts = itertools.cycle((run.best, None))
-    search = _search(run, windows, run.best, rng, next(efforts))
-    stale = 0
-    while not run.enough():
-        stale = 0 if search.step(run.deadline.left, run.enough) else stale + 1
-        if search.value < run.value:
-            run.take(search.active)
-        if stale > STALE:
-            again = next(starts)
-            again = run.best if again is None else again
-            search, stale = _search(run, windows, again, rng, next(efforts)), 0
+    alone = min(ALONE, ALONE_SHARE * run.deadline.seconds)
+    run.alone = iterations is not None
+    others = itertools.cycle([*starts[1:], run.best])
+    again = itertools.cycle((False, True))
+    steps = 0
+    with Crew(windows, THREADS) as crew:
+        course = _course(run, crew, run.best, rng, later=False)
+        while not run.enough() and (iterations is None or steps < iterations):
+            late = run.deadline.elapsed > alone and len(index.edges) <= LARGEST
+            if late and beside is not None and beside.start():
+                crew.limit()
+            if not course.step(run, run.enough):
+                break
+            steps += 1
+            if course.search.value < run.value:
+                run.take(course.search.active)
+            if course.search.exhausted:
+                start = run.best if next(again) else next(others)
+                course = _course(run, crew, start, rng, later=True)
 
 
-def _search(
-    run: Incumbent,
-    windows: Windows,
-    active: BoolArray,
-    rng: np.random.Generator,
-    effort: float,
-) -> WindowSearch:
-    """Return a search from a design."""
+def _course(
+    run: Incumbent, crew: Crew, active: BoolArray, rng: np.random.Generator, later: bool
+) -> Course:
+    """Return a search from a design; later ones begin with more effort per window."""
     seed = int(rng.integers(2**31))
-    return WindowSearch(windows, run.evaluator, active.copy(), seed=seed, effort=effort)
+    search = WindowSearch(crew.windows, run.evaluator, active.copy(), seed=seed)
+    if later:
+        search.effort = LATER_EFFORT
+    return Course(search, crew)
 
 
-def solve_by_cp(run: Incumbent, index: Structure, seed: int) -> bool:
+def solve_by_cp(
+    run: Incumbent, index: Structure, seed: int, iterations: Optional[int] = None
+) -> bool:
     """Run start, improvement and bound; return False if there is no valid design."""
+    starts: list[BoolArray] = []
     if run.best is None:
-        straight_start(run, index)
+        starts = first_design(run, index)
     run.report()
-    small = len(index.edges) <= SMALL
+    if run.best is None and any(r.hard for r in index.problem.requirements):
+        repaired_start(run, seed, first_design)
     if run.best is None and not first_start(run, index, seed):
         return False
-    if small and not run.enough():
-        status = whole_problem(run, index, seed, TRIAL)
-        if status == "infeasible" and run.best is None:
-            return False
     if run.best is None:
         raise no_design_yet(run)
     if run.enough():
         return True
-    with run.beside(lambda: bound_beside(run, index, seed)):
-        window_search(run, index, seed)
+    if len(index.edges) <= SMALL:
+        whole_problem(run, index, seed, TRIAL)
+    if run.enough():
+        return True
+    with run.beside(lambda: bound_beside(run, index, seed), later=True) as beside:
+        window_search(run, index, seed, iterations=iterations, beside=beside, starts=starts)
     return math.isfinite(run.value)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Optional
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -115,7 +116,12 @@ def sink_distance(problem: NetworkProblem, chosen: BoolArray) -> FloatArray:
     return found
 
 
-def structure(problem: NetworkProblem, *, strip: bool = True) -> Structure:
+def structure(
+    problem: NetworkProblem,
+    *,
+    strip: bool = True,
+    check: Optional[Callable[[], None]] = None,
+) -> Structure:
     """Index a problem.
 
     Parameters
@@ -126,6 +132,8 @@ def structure(problem: NetworkProblem, *, strip: bool = True) -> Structure:
         Drop candidate edges that no valid design can choose: those that reach no sink and,
         where dead ends are forbidden, those that lead nowhere. Without it every candidate
         edge is usable, as evaluation of any set of edges needs.
+    check
+        Called often; may raise an error to end the work.
 
     Returns
     -------
@@ -150,7 +158,7 @@ def structure(problem: NetworkProblem, *, strip: bool = True) -> Structure:
     for e in np.flatnonzero(problem.required & ~usable_array)[:5].tolist():
         conflicts.append(f"required edge {e} cannot be part of any network with access to a sink")
     cover, uncovered = _cover(problem, street, incident)
-    terms, always = _terms(problem, usable)
+    terms, always = _terms(problem, usable, check or (lambda: None))
     fixed = 0.0
     if strip:
         fixed = _settle(problem, uncovered, always, conflicts)
@@ -227,11 +235,14 @@ def _cover(
     return kept, impossible
 
 
-def _terms(problem: NetworkProblem, usable: list[bool]) -> tuple[list[Term], list[Term]]:
+def _terms(
+    problem: NetworkProblem, usable: list[bool], check: Callable[[], None]
+) -> tuple[list[Term], list[Term]]:
     """Fold all terms; return those that depend on the design and those that are always due."""
     kept: list[Term] = []
     always: list[Term] = []
     for raw in rule_terms(problem):
+        check()
         term = fold(raw, problem, usable)
         if term is not None:
             decided = any(not on and not off for on, off in term.alternatives)

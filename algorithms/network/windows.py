@@ -63,8 +63,11 @@ class Windows:
 
     def around(self, centre: int, radius: int) -> list[int]:
         """Return the usable edges between vertices within `radius` edges of `centre`."""
-        depth = {centre: 0}
-        ring = [centre]
+        return self._grown({centre: 0}, radius)
+
+    def _grown(self, depth: dict[int, int], radius: int) -> list[int]:
+        """Return the edges between vertices within `radius` edges of those given."""
+        ring = list(depth)
         for r in range(1, radius + 1):
             found: list[int] = []
             for u in ring:
@@ -73,8 +76,31 @@ class Windows:
                         depth[w] = r
                         found.append(w)
             ring = found
+        ends = self.index.ends
         edges = {e for v in depth for e in self.index.incident[v]}
-        return sorted(e for e in edges if all(v in depth for v in self.index.ends[e]))
+        return sorted(e for e in edges if ends[e][0] in depth and ends[e][1] in depth)
+
+    def along(self, edge: int, width: int, length: int) -> list[int]:
+        """Return the usable edges within `width` edges of the mesh line through an edge.
+
+        The line goes on for `length` edges to either side, or to its end.
+        """
+        index = self.index
+        depth = dict.fromkeys(index.ends[edge], 0)
+        for vertex in index.ends[edge]:
+            here, on = vertex, edge
+            for _ in range(length):
+                on = self._onward(here, on)
+                if on < 0:
+                    break
+                here = index.vertex_of(on, here)
+                depth[here] = 0
+        return self._grown(depth, width)
+
+    def _onward(self, vertex: int, edge: int) -> int:
+        """Return the usable edge that goes straight on, or -1."""
+        following = self.index.problem.mesh.continuation(vertex, edge)
+        return following if following >= 0 and self.index.usable[following] else -1
 
     def network(self, free: list[int], active: BoolArray) -> CpNetwork:
         """Build the model of a window: all but connectivity."""
@@ -100,6 +126,8 @@ def solve_window(
     active: BoolArray,
     options: CpOptions,
     stop: Optional[Callable[[], bool]] = None,
+    *,
+    distances: bool = True,
 ) -> tuple[Optional[BoolArray], float]:
     """Choose the edges of a window anew.
 
@@ -115,6 +143,8 @@ def solve_window(
         How CP-SAT works on it.
     stop
         Asked whether to stop at once.
+    distances
+        Whether distances count in the window, if they count at all.
 
     Returns
     -------
@@ -125,14 +155,15 @@ def solve_window(
         The work done, in CP-SAT's deterministic units.
     """
     network = windows.network(free, active)
-    if windows.index.with_distance:
+    distances = distances and windows.index.with_distance
+    if distances:
         add_window_distances(network, active)
     network.hint(active)
     effort = 0.0
     for _ in range(ROUNDS):
         result = run_cp(network, options, stop=stop)
         effort += result.effort
-        if result.active is None or windows.index.with_distance:
+        if result.active is None or distances:
             return result.active, effort
         if not _cut_islands(network, result.active):
             return result.active, effort

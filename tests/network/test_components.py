@@ -136,6 +136,26 @@ def test_every_valid_design_leaves_the_sets_of_the_connection_inequalities(small
             assert all(active[list(c.exits)].any() or c.cover in found.uncovered for c in cuts)
 
 
+def test_bounds_while_branching_stay_below_the_optimum():
+    # HiGHS tells a dual bound of 2 here, when all but the optimum of 1 is cut off
+    problem = paper_problem(
+        grid(2, 2),
+        "inner",
+        coverage=1,
+        weight_length=0.0,
+        dead_ends=1.5,
+        zigzags=0.0,
+        too_close=1.0,
+    )
+    candidate = problem.candidate.copy()
+    candidate[[0, 11]] = False
+    relaxation = Relaxation(structure(dataclasses.replace(problem, candidate=candidate)))
+    bounds: list[float] = []
+    result = relaxation.solve_whole(lambda: False, bounds.append)
+    assert result.bound == pytest.approx(1.0, abs=1e-4)
+    assert max(bounds) <= 1.0 + 1e-6
+
+
 def breaks(index, cut) -> bool:
     """Let CP-SAT look for a valid design that violates one inequality."""
     network: CpNetwork = full_network(index, cuts=[], ranks=True)
