@@ -20,6 +20,7 @@ from qgis.core import (
     QgsWkbTypes,
 )
 
+from ..algorithms.errors import InputError
 from . import compat
 from .progress import FeedbackProgress
 
@@ -132,6 +133,11 @@ def read_raster(layer: QgsRasterLayer, around: QgsRectangle) -> Any:
     -------
     HeightGrid or None
         None where the raster does not reach the place.
+
+    Raises
+    ------
+    InputError
+        The raster has no numbers that can be read; the text names it.
     """
     import numpy
 
@@ -152,7 +158,12 @@ def read_raster(layer: QgsRasterLayer, around: QgsRectangle) -> Any:
     columns = max(1, min(RASTER_CELLS, round(part.width() / step_x)))
     rows = max(1, min(RASTER_CELLS, round(part.height() / step_y)))
     block = layer.dataProvider().block(1, part, columns, rows)
-    block.convert(Qgis.DataType.Float64)
+    if not block.isValid() or not block.convert(Qgis.DataType.Float64):
+        raise InputError(
+            "Its first band has no numbers that can be read.",
+            "Choose a raster of heights in metres, no picture and no map service.",
+            layer=layer.name(),
+        )
     values = numpy.frombuffer(bytes(block.data()), dtype=float).reshape(rows, columns).copy()
     if block.hasNoDataValue():
         values[values == block.noDataValue()] = numpy.nan
@@ -166,8 +177,13 @@ def read_raster(layer: QgsRasterLayer, around: QgsRectangle) -> Any:
     )
 
 
-def attributes(source: QgsProcessingFeatureSource, places: Sequence[int]) -> dict[int, list[Any]]:
-    """Return attributes of all features as they are, by their ids.
+def attributes(
+    source: QgsProcessingFeatureSource,
+    places: Sequence[int],
+    frame: geopandas.GeoDataFrame,
+    renewed: Sequence[str],
+) -> dict[int, list[Any]]:
+    """Return attributes of all features as they are in their layer, by their ids.
 
     Parameters
     ----------
@@ -175,10 +191,22 @@ def attributes(source: QgsProcessingFeatureSource, places: Sequence[int]) -> dic
         The layer.
     places
         Which of its fields.
+    frame
+        What was made of it; its index has the ids.
+    renewed
+        Fields of decimal numbers, in lower case, whose values come from `frame`.
     """
     request = QgsFeatureRequest().setFlags(compat.NO_GEOMETRY)
     features = source.getFeatures(request, compat.SKIP_VALIDITY_CHECK)
-    return {own.id(): [own.attribute(place) for place in places] for own in features}
+    found = {own.id(): [own.attribute(place) for place in places] for own in features}
+    for at, place in enumerate(places):
+        field = source.fields().at(place)
+        name = field.name()
+        decimal = field.type() == compat.FIELD_TYPES["number"]
+        if name.lower() in renewed and decimal and name in frame.columns:
+            for label, value in zip(frame.index, _cast(frame[name].tolist(), "number")):
+                found[label][at] = value
+    return found
 
 
 _CASTS = {"integer": int, "number": float, "text": str, "yes/no": bool}

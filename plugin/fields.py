@@ -41,6 +41,8 @@ class LayerKind:
     like
         Key of the input layer whose features these are: its fields come before the others, and
         its features may have several parts. Empty for none.
+    renewed
+        Number fields of that layer, where it has them, whose values the tool tells anew.
     """
 
     key: str
@@ -49,6 +51,7 @@ class LayerKind:
     fields: tuple[Field, ...]
     style: str
     like: str = ""
+    renewed: tuple[str, ...] = ()
 
     @property
     def wkb(self) -> Any:
@@ -122,6 +125,15 @@ STREETS = LayerKind(
         Field("oneway", "yes/no", "traffic runs only in the direction of the line"),
     ),
     "streets",
+)
+SMOOTHED_STREETS = LayerKind(
+    "streets",
+    "Smoothed streets",
+    "LineString",
+    (Field("moved_m", "number", "furthest that the street lies from where it was, in metres"),),
+    "smoothed",
+    like="INPUT",
+    renewed=("length_m",),
 )
 JUNCTIONS = LayerKind(
     "junctions",

@@ -79,6 +79,10 @@ REFERENCES = {
         "Computational network design from functional specifications, "
         "ACM Transactions on Graphics 35(4), 2016."
     ),
+    "SNAKES": (
+        "M. Kass, A. Witkin, D. Terzopoulos, Snakes: active contour models, International Journal "
+        "of Computer Vision 1(4), 1988."
+    ),
     "OSMNX": (
         "G. Boeing, Modeling and analyzing urban networks and amenities with OSMnx, "
         "Geographical Analysis 57(4), 2025."

@@ -270,12 +270,12 @@ class Writer:
         return kind.wkb
 
     def _fill(self, key: str, sink: Any, result: Result) -> None:
-        kind = self.kinds[key]
+        kind, frame = self.kinds[key], result.layers[key]
         source = self.request.source(kind.like) if kind.like else None
-        before = None if source is None else bridge.attributes(source, kind.kept(source.fields()))
-        bridge.write_frame(
-            result.layers[key], self._fields(key), kind.kinds, sink, self._wkb(key), before
-        )
+        before = None
+        if source is not None:
+            before = bridge.attributes(source, kind.kept(source.fields()), frame, kind.renewed)
+        bridge.write_frame(frame, self._fields(key), kind.kinds, sink, self._wkb(key), before)
         if hasattr(sink, "finalize"):
             sink.finalize()
         # The caller holds no other reference: the file is closed here, and complete.

@@ -175,6 +175,22 @@ def _by_area(_: QgsVectorLayer) -> QgsFeatureRenderer:
     return QgsGraduatedSymbolRenderer('"area_m2" / 10000', ranges)
 
 
+def _smoothed() -> QgsFeatureRenderer:
+    """Streets by how far they have moved."""
+    classes = (
+        ("stayed (under 0.5 m)", -1.0, 0.5, GREY, 0.8),
+        ("0.5 to 2 m", 0.5, 2.0, _RAMP[0], 1.0),
+        ("2 to 5 m", 2.0, 5.0, _RAMP[2], 1.0),
+        ("5 to 10 m", 5.0, 10.0, _RAMP[4], 1.0),
+        ("10 m and more", 10.0, 1e9, _RAMP[5], 1.0),
+    )
+    ranges = [
+        QgsRendererRange(low, high, _line(colour, width), f"moved {label}" if low > 0 else label)
+        for label, low, high, colour, width in classes
+    ]
+    return QgsGraduatedSymbolRenderer("moved_m", ranges)
+
+
 def _boundaries() -> QgsFeatureRenderer:
     """Candidates for a place: the best one stands out, small ones lie over large ones."""
     colours = ("181,64,42", "47,111,115", "201,138,27", "91,95,168", "111,143,58")
@@ -280,6 +296,7 @@ RENDERERS: dict[str, Callable[[], QgsFeatureRenderer]] = {
     "obstacles": lambda: QgsSingleSymbolRenderer(_fill("#9b3a2f", "#9b3a2f", 0.3, "b_diagonal")),
     "boundaries": _boundaries,
     "faces": lambda: QgsSingleSymbolRenderer(_fill("#f5f1e8", "#d8d2c6", 0.1)),
+    "smoothed": _smoothed,
     "osm_streets": _osm_streets,
     "intersections": _intersections,
     "buildings": lambda: QgsSingleSymbolRenderer(_fill("#cfc8bd", "#8c867c", 0.15)),

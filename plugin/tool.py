@@ -128,7 +128,9 @@ class Tool(QgsProcessingAlgorithm):
             self.addParameter(definition)
         for index, (key, kind) in enumerate(self.layers.items()):
             fields = ", ".join(field.name for field in kind.fields)
-            text = f"all fields of {kind.like}, and {fields}" if kind.like else f"the fields {fields}"
+            text = (
+                f"all fields of {kind.like}, and {fields}" if kind.like else f"the fields {fields}"
+            )
             self.addParameter(parameters.sink(key, kind, f"Layer with {text}.", optional=index > 0))
         for key, text in self.numbers.items():
             self.addOutput(QgsProcessingOutputNumber(key, text))

@@ -25,7 +25,9 @@ from qgis.core import (
     QgsFeature,
     QgsFeatureRequest,
     QgsProcessingParameterDefinition,
+    QgsProcessingUtils,
     QgsProperty,
+    QgsRasterLayer,
     QgsVectorFileWriter,
     QgsVectorLayer,
 )
@@ -119,6 +121,8 @@ def _plain(tool: Tool, request: Request, definition: QgsProcessingParameterDefin
     if isinstance(value, QgsProperty) and definition.isDynamic():
         return {"expression": value.asExpression()}
     kind = definition.type()
+    if kind == "raster":
+        return _raster(request.raster(key))
     if kind in ("number", "distance", "area", "duration", "scale"):
         return tool.parameterAsDouble(values, key, context)
     if kind == "boolean":
@@ -138,6 +142,15 @@ def _plain(tool: Tool, request: Request, definition: QgsProcessingParameterDefin
         corners = (box.xMinimum(), box.xMaximum(), box.yMinimum(), box.yMaximum())
         return f"{','.join(repr(c) for c in corners)} [{crs.authid()}]"
     return tool.parameterAsString(values, key, context)
+
+
+def _raster(layer: QgsRasterLayer | None) -> Any:
+    """Return a raster as Processing names it elsewhere: the process has no project."""
+    if layer is None:
+        return None
+    if layer.providerType() == "gdal":
+        return layer.source()
+    return QgsProcessingUtils.encodeProviderKeyAndUri(layer.providerType(), layer.source())
 
 
 def _save_layer(request: Request, key: str, path: Path, progress: FeedbackProgress) -> str:

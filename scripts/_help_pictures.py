@@ -24,7 +24,14 @@ from platwright.mesh import mesh_layers
 from platwright.network.specification import Specification
 from platwright.osm import boundaries, osm_layers
 from platwright.site import prepare_sites, site_layers
-from platwright.streets import arriving_streets, design_streets, plan_layers, site_mesh
+from platwright.streets import (
+    Smoothing,
+    arriving_streets,
+    design_streets,
+    plan_layers,
+    site_mesh,
+    smooth_streets,
+)
 
 ROOT = Path(__file__).resolve().parents[1]
 SAMPLE = ROOT / "data" / "helsinki" / "helsinki_yard.gpkg"
@@ -169,6 +176,29 @@ def designstreets(left: Axes, right: Axes) -> tuple[str, str]:
     return "site, roads", "streets, blocks"
 
 
+def smoothstreets(left: Axes, right: Axes) -> tuple[str, str]:
+    """Draw a design by the rules of the paper, which is crooked, and the same streets smoothed."""
+    crooked = plan_layers(
+        design_streets(prepared().sites, Specification(rules="paper", time_limit=20.0))
+    )["streets"]
+    made = site_layers(prepared())
+    smooth = smooth_streets(
+        crooked,
+        Smoothing(fillet_radius=15.0),
+        site=made["site"],
+        obstacles=made["site_obstacles"],
+    ).streets
+    for ax, frame in ((left, crooked), (right, smooth)):
+        ground(ax)
+        show(ax, made["site_obstacles"], facecolor="#9b3a2f33", edgecolor="#9b3a2f", hatch="////",
+             lw=0.6, zorder=2)  # fmt: skip
+        old = frame["status"] == "existing"
+        show(ax, frame[old], color=GREY, linewidth=2.2, zorder=3)
+        show(ax, frame[~old], color=LEVELS[2][0], linewidth=3.0, zorder=4, capstyle="round")
+    show(right, crooked[crooked["status"] != "existing"], color="#d9b86a", linewidth=1.2, zorder=3)
+    return "crooked streets", "smoothed"
+
+
 def validatenetwork(left: Axes, right: Axes) -> tuple[str, str]:
     """Draw a design from which a street was taken and to which one was drawn, and the findings."""
     full = designed()["streets"]
@@ -235,6 +265,7 @@ PICTURES: dict[str, Callable[[Axes, Axes], tuple[str, str]]] = {
     "preparesite": preparesite,
     "candidatemesh": candidatemesh,
     "designstreets": designstreets,
+    "smoothstreets": smoothstreets,
     "validatenetwork": validatenetwork,
 }
 

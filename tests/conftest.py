@@ -12,9 +12,10 @@ from hypothesis import settings
 
 ROOT = Path(__file__).resolve().parents[1]
 
-# The same examples in every run; PLATWRIGHT_HYPOTHESIS=explore looks for new ones.
-settings.register_profile("same", derandomize=True)
-settings.register_profile("explore", print_blob=True)
+# The same examples in every run; PLATWRIGHT_HYPOTHESIS=explore looks for new ones. No deadline:
+# on a busy machine the first example, which imports and compiles, may take any time.
+settings.register_profile("same", derandomize=True, deadline=None)
+settings.register_profile("explore", print_blob=True, deadline=None)
 settings.load_profile(os.environ.get("PLATWRIGHT_HYPOTHESIS", "same"))
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")

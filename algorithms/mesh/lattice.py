@@ -8,8 +8,10 @@ piecewise linear form needs no binary variables.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 
 import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
@@ -26,7 +28,15 @@ WEIGHT_SHEAR = 0.35
 PENALTY_FACING = 6.0
 PENALTY_STRETCH = 3.0
 PENALTY_CUT = 15.0
+SHEARS = (-4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0)
+"""Where the cost of shear is exact, lattice steps."""
+SIZES = (-16, -8, -4, -2, -1, 0, 1, 2, 4, 8)
+"""Where the cost of sizes is exact, lattice steps from the asked one."""
+NEGLIGIBLE = 1e-9
+"""Cost that counts as none."""
 MOST_NODES = 400
+GAP = 0.002
+"""Relative gap at which a program counts as solved."""
 LONGEST = 3.0
 """Seconds after which a program is given up; the node limit normally ends it long before."""
 
@@ -68,6 +78,7 @@ class _Program:
     rows: list[Expression] = field(default_factory=list)
     row_low: list[float] = field(default_factory=list)
     row_high: list[float] = field(default_factory=list)
+    constant: float = 0.0
 
     def column(self, low: float, high: float, cost: float = 0.0, *, whole: bool = False) -> int:
         self.low.append(low)
@@ -86,21 +97,32 @@ class _Program:
         slack = self.column(0, np.inf, penalty)
         self.row({**expression, slack: 1.0}, bound, np.inf)
 
-    def convex(self, expression: Expression, x: FloatArray, y: FloatArray) -> None:
-        """Add the convex piecewise linear cost through the points (x, y) of an expression."""
-        value = self.column(0, np.inf, 1.0)
-        slopes = np.diff(y) / np.diff(x)
-        for a, b, slope in zip(x[:-1], y[:-1], slopes):
-            # value >= b + slope * (expression - a)
-            terms = {k: -slope * v for k, v in expression.items()}
-            terms[value] = 1.0
-            self.row(terms, b - slope * a, np.inf)
+    def convex(
+        self, expression: Expression, line: Sequence[tuple[float, float]], shift: float = 0.0
+    ) -> None:
+        """Add the convex piecewise linear cost through the points (x - shift, y) of `line`.
+
+        The line goes on beyond its ends, but nowhere below 0. The expression is the place of the
+        least cost plus steps to the right minus steps to the left, one column for each piece of
+        the line: that is one row for all, and bounds of columns are free.
+        """
+        whole = _down_to_zero(line)
+        least = max(1, min(range(len(whole)), key=lambda k: whole[k][1]))
+        terms = dict(expression)
+        for k, ((x, y), (u, v)) in enumerate(zip(whole, whole[1:])):
+            last = k in (0, len(whole) - 2)
+            width = np.inf if last else u - x
+            slope = (v - y) / (u - x)
+            terms[self.column(0, width, abs(slope))] = 1.0 if k < least else -1.0
+        place, cost = whole[least]
+        self.constant += cost
+        self.row(terms, place - shift, place - shift)
 
     def solve(self) -> tuple[FloatArray, float] | None:
         """Solve it; None if there is no solution or none was found in time."""
         counts = [len(r) for r in self.rows]
-        indices = np.fromiter((k for r in self.rows for k in r), dtype=np.int64, count=sum(counts))
-        data = np.fromiter((v for r in self.rows for v in r.values()), float, count=sum(counts))
+        indices = np.fromiter(chain.from_iterable(self.rows), np.int64, sum(counts))
+        data = np.fromiter(chain.from_iterable(r.values() for r in self.rows), float, sum(counts))
         pointer = np.concatenate([[0], np.cumsum(counts)])
         matrix = csr_matrix((data, indices, pointer), shape=(len(self.rows), len(self.low)))
         result = milp(
@@ -108,9 +130,17 @@ class _Program:
             constraints=LinearConstraint(matrix, self.row_low, self.row_high),
             integrality=np.array(self.whole),
             bounds=Bounds(self.low, self.high),
-            options={"time_limit": LONGEST, "node_limit": MOST_NODES, "mip_rel_gap": 0.02},
+            # presolving such a small program takes several times as long as solving it
+            options={
+                "presolve": False,
+                "time_limit": LONGEST,
+                "node_limit": MOST_NODES,
+                "mip_rel_gap": GAP,
+            },
         )
-        return None if result.x is None else (np.asarray(result.x), float(result.fun))
+        if result.x is None:
+            return None
+        return np.asarray(result.x), float(result.fun) + self.constant
 
 
 def solve_lattice(
@@ -153,8 +183,7 @@ def solve_lattice(
     pieces.close_rings(program)
     for i, x in enumerate(length.tolist()):
         extra = steps_at.get(i, 0)
-        grid, cost = _size_cost(x, x)
-        program.convex({pieces.steps[i]: 1.0}, grid - extra, cost)
+        program.convex({pieces.steps[i]: 1.0}, _size_cost(x, x), extra)
         program.at_least({pieces.steps[i]: 1.0}, 0.6 * x - extra, PENALTY_STRETCH)
     _add_facing(program, facing, pieces, rows_at)
     for cut in cuts:
@@ -171,6 +200,7 @@ class _Pieces:
 
     def __init__(self, program: _Program, labels: Sequence[Labels], length: FloatArray) -> None:
         self.directions: IntArray = np.concatenate([label.direction for label in labels])
+        self.moves: list[list[float]] = STEP[self.directions].astype(float).tolist()
         sizes = [len(label.start) for label in labels]
         self.first: list[int] = [0, *np.cumsum(sizes).tolist()]
         self.rings = len(labels)
@@ -193,20 +223,27 @@ class _Pieces:
                 }
                 program.row(terms, 0, 0)
 
-    def position(self, piece: int, fraction: float, axis: int) -> Expression:
-        """Return a lattice coordinate of a place on a piece."""
+    def position(self, piece: int, fraction: float, axis: int, since: int = 0) -> Expression:
+        """Return a lattice coordinate of a place on a piece, as seen from piece `since`."""
         r = self.ring_of[piece]
-        terms: Expression = {self.base[r, axis]: 1.0} if r else {}
-        for i in range(self.first[r], piece + 1):
-            share = float(STEP[self.directions[i], axis]) * (1.0 if i < piece else fraction)
-            if share:
-                terms[self.steps[i]] = terms.get(self.steps[i], 0.0) + share
+        first = max(since, self.first[r])
+        terms = {
+            self.steps[i]: self.moves[i][axis] for i in range(first, piece) if self.moves[i][axis]
+        }
+        if first == self.first[r] and r and not since:
+            terms[self.base[r, axis]] = 1.0
+        last = self.moves[piece][axis] * fraction
+        if last:
+            terms[self.steps[piece]] = last
         return terms
 
     def gap(self, here: tuple[int, float], there: tuple[int, float], axis: int) -> Expression:
         """Return the lattice coordinate of one place minus that of another."""
-        terms = self.position(*there, axis)
-        for k, v in self.position(*here, axis).items():
+        together = self.ring_of[here[0]] == self.ring_of[there[0]]
+        # what lies before both of them is the same for both
+        since = min(here[0], there[0]) if together else 0
+        terms = self.position(*there, axis, since)
+        for k, v in self.position(*here, axis, since).items():
             terms[k] = terms.get(k, 0.0) - v
         return {k: v for k, v in terms.items() if abs(v) > 1e-9}
 
@@ -234,29 +271,47 @@ def _add_facing(
         facing.distance.tolist(),
         facing.width.tolist(),
     ):
-        inward = STEP[(pieces.directions[pair[0]] + 1) % 4]
-        axis = int(np.argmax(np.abs(inward)))
+        inward = (int(pieces.directions[pair[0]]) + 1) % 4
+        axis, sign = inward % 2, 1.0 if inward < 2 else -1.0
         here, there = (pair[0], at[0]), (pair[1], at[1])
-        gap = {k: v * float(inward[axis]) for k, v in pieces.gap(here, there, axis).items()}
+        gap = {k: v * sign for k, v in pieces.gap(here, there, axis).items()}
         extra = rows_at.get(pair[0], 0) + rows_at.get(pair[1], 0)
         program.at_least(gap, 1.0, PENALTY_FACING)
-        grid, cost = _size_cost(distance, WEIGHT_FACING * width * max(distance, 0.5))
-        program.convex(gap, grid - extra, cost)
-        shift = pieces.gap(here, there, 1 - axis)
-        if shift:
-            grid = np.array([-4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0])
-            program.convex(shift, grid, WEIGHT_SHEAR * width / max(distance, 1.0) * grid**2)
+        weight = WEIGHT_FACING * width * max(distance, 0.5)
+        program.convex(gap, _size_cost(distance, weight), extra)
+        shear = pieces.gap(here, there, 1 - axis)
+        if shear:
+            weight = WEIGHT_SHEAR * width / max(distance, 1.0)
+            program.convex(shear, [(x, weight * x * x) for x in SHEARS])
 
 
-def _size_cost(target: float, weight: float) -> tuple[FloatArray, FloatArray]:
+def _down_to_zero(line: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Make a convex line that falls toward one of its ends go on to 0, and stay there."""
+    whole = list(line)
+    for _ in range(2):
+        (x, y), (u, v) = whole[:2]
+        if y <= v:
+            if NEGLIGIBLE < y < v:
+                x, y = x - y * (u - x) / (v - y), 0.0
+                whole.insert(0, (x, y))
+            whole.insert(0, (x - math.copysign(1.0, u - x), y))
+        whole.reverse()
+    return whole
+
+
+def _size_cost(target: float, weight: float) -> list[tuple[float, float]]:
     """Return points of weight * ln(x / target)**2 at whole numbers around the target."""
     middle = max(1, round(target))
-    offsets = np.array([-16, -8, -4, -2, -1, 0, 1, 2, 4, 8])
-    grid = middle + offsets[(middle + offsets >= 1) & (middle + offsets <= max(2.7 * target, 3))]
+    most = max(2.7 * target, 3)
+    grid = [middle + k for k in SIZES if 1 <= middle + k <= most]
     if len(grid) < 2:
-        grid = np.array([middle, middle + 1])
-    value = weight * np.log(grid / max(target, 0.3)) ** 2
-    # beyond e * target the logarithm is no longer convex: go on straight
-    slopes = np.maximum.accumulate(np.diff(value) / np.diff(grid))
-    value = value[0] + np.concatenate([[0.0], np.cumsum(slopes * np.diff(grid))])
-    return grid.astype(float), value
+        grid = [middle, middle + 1]
+    value = [weight * math.log(x / max(target, 0.3)) ** 2 for x in grid]
+    line = [(float(grid[0]), value[0])]
+    steepest = -math.inf
+    for k in range(1, len(grid)):
+        # beyond e * target the logarithm is no longer convex: go on straight
+        width = grid[k] - grid[k - 1]
+        steepest = max(steepest, (value[k] - value[k - 1]) / width)
+        line.append((float(grid[k]), line[-1][1] + steepest * width))
+    return line

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from scipy.optimize import minimize
+from scipy.sparse import csr_matrix
 
 from .build import Draft
 from .quadmesh import BoolArray, FloatArray, IntArray, QuadMesh
@@ -32,6 +33,20 @@ def line_triples(topology: QuadMesh) -> IntArray:
     ends = topology.edges[fans]
     other = np.where(ends[..., 0] == regular[:, None], ends[..., 1], ends[..., 0])
     return np.vstack([np.column_stack([other[:, k], regular, other[:, k + 2]]) for k in (0, 1)])
+
+
+def _rows(columns: int, *blocks: Sequence[tuple[IntArray, float]]) -> csr_matrix:
+    """Stack blocks of rows, each the sum of some vertices times a factor."""
+    rows, indices, values, first = [], [], [], 0
+    for block in blocks:
+        size = len(block[0][0])
+        for index, factor in block:
+            rows.append(np.arange(first, first + size))
+            indices.append(index)
+            values.append(np.full(size, factor))
+        first += size
+    where = (np.concatenate(rows), np.concatenate(indices))
+    return csr_matrix((np.concatenate(values), where), shape=(first, columns))
 
 
 class Smoother:
@@ -59,6 +74,14 @@ class Smoother:
         self.here: IntArray = corner.ravel()
         self.after: IntArray = np.roll(corner, -1, axis=1).ravel()
         self.before: IntArray = np.roll(corner, 1, axis=1).ravel()
+        t = self.triples
+        self.differences = _rows(
+            len(draft.vertices),
+            [(self.after, 1.0), (self.here, -1.0)],
+            [(self.before, 1.0), (self.here, -1.0)],
+            [(t[:, 0], 1.0), (t[:, 2], 1.0), (t[:, 1], -2.0)],
+        )
+        self.gathered = self.differences.T.tocsr()
 
     def smooth(
         self,
@@ -148,45 +171,43 @@ class _State:
         self.x = x
         self.vertices[self.inner] = x[:split].reshape(-1, 2) * h
         self.arc[self.sliding] = x[split:] * h
+        self.tangents = []
         for ring, members in self.slides:
-            self.vertices[members] = ring.at(self.arc[members])
+            self.vertices[members], tangent = ring.walk(self.arc[members])
+            self.tangents.append(tangent)
 
     def energy(self, x: FloatArray, epsilon: float) -> tuple[float, FloatArray]:
-        """Return the energy and its gradient."""
+        """Return the energy and its gradient.
+
+        This is called thousands of times for a few hundred vertices, so that the number of
+        calls into numpy is what it costs.
+        """
         self.place(x)
         s = self.smoother
-        v = self.vertices / s.h
-        here = v[s.here]
-        a, b = v[s.after] - here, v[s.before] - here
-        det = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-        root = np.sqrt(det * det + epsilon * epsilon)
+        corners = len(s.here)
+        steps = s.differences @ (self.vertices / s.h)
+        sides = steps[: 2 * corners].T.reshape(2, 2, corners)
+        (ax, bx), (ay, by) = sides
+        det = ax * by - ay * bx
+        square = det * det
+        root = np.sqrt(square + epsilon * epsilon)
         # the same as (det + root) / 2, without its cancellation for badly inverted corners
         chi = np.where(
             det > 0, (det + root) / 2, epsilon * epsilon / (2 * (root - np.minimum(det, 0)))
         )
-        shape = (a * a).sum(axis=1) + (b * b).sum(axis=1)
-        value = (shape + AREA * (det * det + 1)) / (2 * chi)
+        value = ((sides * sides).sum(axis=(0, 1)) + AREA * (square + 1)) / (2 * chi)
         by_det = AREA * det / chi - value / chi * (1 + det / root) / 2
-        by_a = a / chi[:, None]
-        by_b = b / chi[:, None]
-        by_a[:, 0] += by_det * b[:, 1]
-        by_a[:, 1] -= by_det * b[:, 0]
-        by_b[:, 0] -= by_det * a[:, 1]
-        by_b[:, 1] += by_det * a[:, 0]
-        total = float(value.sum())
-        n = len(v)
-        gradient = np.empty_like(v)
-        t = s.triples
-        bend = v[t[:, 0]] + v[t[:, 2]] - 2 * v[t[:, 1]]
-        total += STRAIGHT * float((bend * bend).sum())
-        pull = 2 * STRAIGHT * bend
-        where = np.concatenate([s.after, s.before, s.here, t[:, 0], t[:, 2], t[:, 1]])
-        for d in (0, 1):
-            p = pull[:, d]
-            force = np.concatenate([by_a[:, d], by_b[:, d], -by_a[:, d] - by_b[:, d], p, p, -2 * p])
-            gradient[:, d] = np.bincount(where, force, n)
+        force = np.empty_like(steps)
+        force[:corners, 0] = ax / chi + by_det * by
+        force[:corners, 1] = ay / chi - by_det * bx
+        force[corners : 2 * corners, 0] = bx / chi - by_det * ay
+        force[corners : 2 * corners, 1] = by / chi + by_det * ax
+        bend = steps[2 * corners :]
+        force[2 * corners :] = 2 * STRAIGHT * bend
+        total = float(value.sum()) + STRAIGHT * float(np.vdot(bend, bend))
+        gradient = s.gathered @ force
         along = [
-            (gradient[members] * ring.tangent(self.arc[members])).sum(axis=1)
-            for ring, members in self.slides
+            np.einsum("ij,ij->i", gradient[members], tangent)
+            for (_, members), tangent in zip(self.slides, self.tangents)
         ]
         return total, np.concatenate([gradient[self.inner].ravel(), *along])

@@ -41,6 +41,7 @@ class Ring:
         self.closed: FloatArray = np.vstack([self.points, self.points[:1]])
         steps = np.hypot(*np.diff(self.closed, axis=0).T)
         self.along: FloatArray = np.concatenate([[0.0], np.cumsum(steps)])
+        self._units: FloatArray = np.diff(self.closed, axis=0) / steps[:, None]
         self.length = float(self.along[-1])
         self.line = shapely.linearrings(self.points)
 
@@ -49,12 +50,12 @@ class Ring:
         t = np.mod(arc, self.length)
         return np.stack([np.interp(t, self.along, self.closed[:, d]) for d in (0, 1)], axis=-1)
 
-    def tangent(self, arc: npt.ArrayLike) -> FloatArray:
-        """Return unit tangents (k, 2) at arc lengths."""
+    def walk(self, arc: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return points and unit tangents, both (k, 2), at arc lengths (k,)."""
         t = np.mod(arc, self.length)
-        i = np.clip(np.searchsorted(self.along, t, "right") - 1, 0, len(self.points) - 1)
-        v = self.closed[i + 1] - self.closed[i]
-        return np.asarray(v / np.linalg.norm(v, axis=-1, keepdims=True))
+        i = np.minimum(np.searchsorted(self.along, t, "right") - 1, len(self.points) - 1)
+        tangent = self._units[i]
+        return self.closed[i] + (t - self.along[i])[:, None] * tangent, tangent
 
     def project(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the arc length of the nearest place and the distance to it, both (k,)."""

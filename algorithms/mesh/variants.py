@@ -48,9 +48,14 @@ FAIR = 1.85
 """Score under which no search by single changes is made."""
 ROWS_FROM = 3.0
 """Score of a plain mesh from which on one with extra rows is tried too."""
+DEAR, DEAR_FROM = 1.6, 4.0
+"""A lattice that costs more than DEAR times that of the best mesh, plus DEAR_FROM, never became a
+better mesh on any real site: it is not smoothed."""
 CUT_ROUNDS = 5
 EXACT = 0.1
 """Distance from the boundary, in edge lengths, up to which a given point itself is met."""
+
+Key = tuple[tuple[tuple[float, int, int], ...], ...]
 
 
 @dataclass(eq=False)
@@ -69,10 +74,14 @@ class PartMesh:
         Positions (n, 2), arc lengths (n,) of boundary vertices, vertices that stay.
     score
         See `quality.score`.
+    cost
+        What its lattice costs, see `lattice`.
     lost
         Indices of given points that could not be kept.
     attracted
         Vertex -> index of the point that it was pulled onto.
+    tried
+        Keys of the labels whose meshes were no better.
     """
 
     rings: list[Ring]
@@ -86,6 +95,8 @@ class PartMesh:
     score: float
     lost: list[int] = field(default_factory=list)
     attracted: dict[int, int] = field(default_factory=dict)
+    cost: float = 0.0
+    tried: set[Key] = field(default_factory=set)
 
 
 def check_cancelled(progress: Progress) -> None:
@@ -130,14 +141,16 @@ def mesh_part(
     stations, lost = place_stations(rings, h, points[near], indices[near])
     tables = _tables(rings, stations, h, guide)
     best: PartMesh | None = None
-    for tried, labels in enumerate(_label_variants(tables, guide)):
+    tried: set[Key] = set()
+    for labels in _label_variants(tables, guide):
         check_cancelled(progress)
-        if tried >= MOST_LABELS or (best is not None and _settled(best, tried)):
+        if len(tried) >= MOST_LABELS or (best is not None and _settled(best, len(tried))):
             break
+        tried.add(_key(labels))
         best = _better(best, rings, stations, labels, h, part.area, guide)
     if best is None:
         return None
-    best.lost = lost
+    best.lost, best.tried = lost, tried
     _pin(best, points, h)
     refine(best, h, part.area, guide)
     return best
@@ -175,7 +188,7 @@ def improve(
     """
     tables = _tables(mesh.rings, mesh.stations, h, guide)
     weight = WEIGHTS[1] if guide is None else GUIDED_WEIGHTS[2]
-    seen = {_key(mesh.labels)}
+    seen = {_key(mesh.labels), *mesh.tried}
     best = mesh
     for _ in range(CHANGE_ROUNDS):
         changes: list[tuple[float, list[Labels]]] = []
@@ -201,7 +214,7 @@ def improve(
     return best
 
 
-def _key(labels: Sequence[Labels]) -> tuple[tuple[tuple[float, int, int], ...], ...]:
+def _key(labels: Sequence[Labels]) -> Key:
     """Return what makes two labellings of all rings equal."""
     return tuple(label.key() for label in labels)
 
@@ -216,8 +229,10 @@ def _better(
     guide: float | None,
 ) -> PartMesh | None:
     """Return the best of a mesh and those that belong to labels."""
-    for draft in _drafts(rings, labels, h):
+    most = np.inf if best is None else DEAR * best.cost + DEAR_FROM
+    for draft, cost in _drafts(rings, labels, h, most):
         found = _smoothed(rings, stations, labels, draft, h, area, guide)
+        found.cost = cost
         if best is None or found.score < best.score:
             best = found
         if found.score < ROWS_FROM:
@@ -263,8 +278,13 @@ def _label_variants(tables: Sequence[LabelTable], guide: float | None) -> Iterat
         yield labels
 
 
-def _drafts(rings: list[Ring], labels: list[Labels], h: float) -> Iterator[Draft]:
-    """Yield the meshes that belong to labels: the plain one and the one with extra rows."""
+def _drafts(
+    rings: list[Ring], labels: list[Labels], h: float, most: float
+) -> Iterator[tuple[Draft, float]]:
+    """Yield the meshes that belong to labels, and what their lattices cost, up to a cost.
+
+    They are the plain one and the one with extra rows.
+    """
     facing = find_facing(rings, labels, h)
     rows, along, extra = plan_rows(rings, labels, h)
     options: list[tuple[list[Row], dict[int, int], dict[int, int]]] = [([], {}, {})]
@@ -274,11 +294,12 @@ def _drafts(rings: list[Ring], labels: list[Labels], h: float) -> Iterator[Draft
         cuts: list[Cut] = []
         for _ in range(CUT_ROUNDS):
             solution = solve_lattice(rings, labels, h, facing, rows_at, steps_at, cuts)
-            if solution is None:
+            # cuts only make it dearer
+            if solution is None or solution[1] > most:
                 break
             draft = build_draft(rings, labels, solution[0], planned)
             if draft is not None:
-                yield draft
+                yield draft, solution[1]
                 break
             new = [c for c in overlap_cuts(rings, labels, solution[0]) if c not in cuts]
             if not new:

@@ -278,10 +278,8 @@ class _Watch:
             answer.user_interrupt = True
         if kind != self.kinds.kCallbackMipInterrupt:
             return
-        # near the end the dual bound may be that of what was cut off, above the optimum
-        bound = min(out.mip_dual_bound, out.mip_primal_bound)
-        if self.bound < bound < 1e20:
-            self.bound = bound
+        if self.bound < out.mip_dual_bound < 1e20:
+            self.bound = out.mip_dual_bound
             if self.on_bound is not None:
                 self.on_bound(self.model.cost_of(self.bound))
 

@@ -136,8 +136,7 @@ class LpSolver:
         if self._stop.is_set():
             answer.user_interrupt = True
         if kind == self._kinds.kCallbackMipInterrupt:
-            # near the end the dual bound may be that of what was cut off, above the optimum
-            bound = min(float(out.mip_dual_bound), float(out.mip_primal_bound))
+            bound = float(out.mip_dual_bound)
             if abs(bound) < 1e20:
                 self._whole_bound = max(self._whole_bound, bound)
 
@@ -211,6 +210,9 @@ class LpSolver:
             if math.isfinite(self._whole_bound):
                 tell(self._model.cost_of(self._whole_bound))
 
+        # HiGHS would complete what it has to a first solution, and tell the bounds of that
+        # smaller program as if they were those of the whole
+        self._highs.clearSolver()
         change(kinds.kInteger, "choose")
         # designs come from the search
         self._highs.setOptionValue("mip_heuristic_effort", 0.0)
@@ -220,7 +222,8 @@ class LpSolver:
         if not ended:
             return LpResult(-math.inf)
         result = self._result()
-        change(kinds.kContinuous, "ipm" if self._interior else "simplex")
+        self._highs.clearSolver()
+        change(kinds.kContinuous, "ipm")
         return result
 
     def _run(self, stop: Callable[[], bool], note: Callable[[], None]) -> bool:

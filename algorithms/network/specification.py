@@ -7,7 +7,7 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from ..errors import InputError
 from .level_settings import LevelSettings, checked, from_plain, to_plain
@@ -22,6 +22,13 @@ RuleSet = Literal["planner", "paper"]
 CoverageUnit = Literal["edges", "metres", "straight"]
 Traffic = Literal["out", "within", "through"]
 OneWay = Literal["none", "local", "all"]
+_WORDS = {
+    "rules": get_args(RuleSet),
+    "coverage_unit": get_args(CoverageUnit),
+    "sink_mode": get_args(SinkMode),
+    "traffic": get_args(Traffic),
+    "one_way": get_args(OneWay),
+}
 
 
 @dataclass(frozen=True)
@@ -142,6 +149,11 @@ class Specification:
     def __post_init__(self) -> None:
         """Check the ranges; raise `InputError` that names the field."""
         object.__setattr__(self, "level_settings", checked(self.level_settings))
+        for name, words in _WORDS.items():
+            if getattr(self, name) not in words:
+                raise InputError(
+                    f"{name} is {getattr(self, name)!r}.", f"Give one of {', '.join(words)}."
+                )
         for name in ("block_width", "block_length", "cul_de_sac_length", "time_limit"):
             if not 0 < getattr(self, name) < math.inf:
                 raise InputError(f"{name} must be greater than 0.", "Give a positive number.")
@@ -179,6 +191,9 @@ class Specification:
             value = getattr(self, name)
             if value is not None and not value >= 0:
                 raise InputError(f"{name} must not be negative.", "Give 0 or more.")
+        for name in ("detour", "slope_weight"):
+            if math.isinf(getattr(self, name)):
+                raise InputError(f"{name} must be finite.", "Give a number.")
         in_edges = self.coverage is not None and self.coverage_unit == "edges"
         if in_edges and self.coverage is not None and not _whole(self.coverage):
             raise InputError(

@@ -1,5 +1,6 @@
 """Street plans: network, levels, alignment, segments, blocks and their layers."""
 
+from .angles import NetworkFigures
 from .distances import sink_places
 from .fitting import edge_length, site_mesh
 from .heights import HeightGrid, no_heights
@@ -7,6 +8,8 @@ from .layers import plan_layers
 from .plan import design_streets, plan_site
 from .preferences import Preferences, Zone
 from .site_plan import SitePlan, StreetPlan, no_plan
+from .smooth_layer import SmoothedStreets, smooth_streets
+from .smoothing import Smoothing
 from .survey import Ground, arriving_streets, survey
 from .why_not import NoDesignError
 from .wishes import Wishes
@@ -14,9 +17,12 @@ from .wishes import Wishes
 __all__ = [
     "Ground",
     "HeightGrid",
+    "NetworkFigures",
     "NoDesignError",
     "Preferences",
     "SitePlan",
+    "SmoothedStreets",
+    "Smoothing",
     "StreetPlan",
     "Wishes",
     "Zone",
@@ -29,5 +35,6 @@ __all__ = [
     "plan_site",
     "sink_places",
     "site_mesh",
+    "smooth_streets",
     "survey",
 ]

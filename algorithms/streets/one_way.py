@@ -141,6 +141,8 @@ def _problem(network: LevelledNetwork, spec: Specification) -> NetworkProblem:
 def _along(pieces: Sequence[Piece], alignment: Alignment, direction: IntArray) -> list[Piece]:
     """Give each piece the direction of the mesh edge on which its middle lies."""
     edges = sorted(alignment.lines)
+    if not edges:  # of a sub-region that has cross streets or culs-de-sac only
+        return list(pieces)
     lines = np.array([LineString(alignment.lines[e]) for e in edges], dtype=object)
     tree = shapely.STRtree(lines)
     turned = []

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from shapely.geometry import LineString
 
-from ..errors import CancelledError, InputError, MeshError, PlatwrightError
+from ..errors import CancelledError, InfeasibleError, InputError, MeshError, PlatwrightError
 from ..mesh import QuadMesh, subdivide
 from ..network.problem import IntArray
 from ..network.specification import FORBID, Specification
@@ -308,6 +308,10 @@ def _best_plan(
         except MeshError as error:
             failure = error
             continue
+        except (InfeasibleError, InputError):
+            if best is None:
+                raise
+            continue  # what cannot be had on this mesh must not cost the plan on another
         except CancelledError:
             if best is None:
                 raise

@@ -26,7 +26,7 @@ from ..network.requirements.spacing import junction_spacing
 from ..network.requirements.twoways import TwoWays
 from ..network.specification import FORBID, Specification
 from .partition import patches_from_polygons
-from .program import COLLECTOR, LOCAL
+from .program import COLLECTOR, CUL_DE_SAC, LOCAL
 from .survey import Ground
 
 #: Side of patches where none is given, in block lengths.
@@ -66,7 +66,8 @@ def with_requirements(
     if spec.exits is not None:
         problem = _few_exits(problem, spec.exits, first, above)
     found: list[Requirement] = list(problem.requirements)
-    if first and not above.any():
+    # a link that an earlier block made is dropped; of routes the first block decides
+    if first and (spec.traffic == "within" or not above.any()):
         found += _links(problem, ground, spec, soft)
     if spec.length_budget is not None:
         left = max(0.0, spec.length_budget - float(mesh.lengths[above].sum()))
@@ -77,7 +78,9 @@ def with_requirements(
     if spec.junction_spacing is not None:
         weight = NEAR if soft else FORBID
         found.append(junction_spacing(problem, mesh.lengths, spec.junction_spacing, weight))
-    if spec.one_way == "all" or (spec.one_way == "local" and level == LOCAL):
+    # a cul-de-sac is the only way to its end, and stays two-way
+    single = level == LOCAL if spec.one_way == "local" else level != CUL_DE_SAC
+    if spec.one_way != "none" and single:
         found.append(TwoWays(BRIDGE if soft else FORBID))
     return dataclasses.replace(problem, requirements=tuple(found))
 

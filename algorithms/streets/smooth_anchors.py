@@ -7,6 +7,7 @@ street ends at the edge of the site its end slides along that (design notes, sec
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import shapely
@@ -57,11 +58,18 @@ class Anchors:
 
     def outside(self, xy: FloatArray) -> BoolArray:
         """Tell which positions are not inside the site, shape (k,); nowhere without one."""
-        if self.ground is None or not len(xy):
+        if self._inner is None or not len(xy):
             return np.zeros(len(xy), dtype=bool)
+        return ~np.asarray(shapely.contains_xy(self._inner, xy))
+
+    @cached_property
+    def _inner(self) -> shapely.Geometry | None:
+        """The site without its edge."""
+        if self.ground is None:
+            return None
         inner = self.ground.buffer(-ON_EDGE / 2)
         shapely.prepare(inner)
-        return ~np.asarray(shapely.contains_xy(inner, xy))
+        return inner
 
 
 def find_anchors(
@@ -107,7 +115,7 @@ def find_anchors(
     away = leg_directions(net.lines) if len(net.lines) else np.zeros((0, 2))
     at = legs_at(net)
     tangents = {v: away[at[v][0]] for v in np.flatnonzero(marked & ends).tolist()}
-    tangents |= _square_ends(away, {v: at[v][0] for v in rails if ends[v]}, rails)
+    tangents |= _square_ends(away, {v: at[v][0] for v in rails}, rails)
     fixed |= marked
     fixed[list(rails)] = False
     return Anchors(held, fixed, rails, tangents, site)

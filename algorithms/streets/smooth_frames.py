@@ -17,6 +17,9 @@ from .smooth_graph import SAME, Geometries, StreetNet
 
 #: The field `length_m` is brought up to date where it was true to this share, or to 0.1 m.
 TRUE_LENGTH = 0.01
+#: Streets with these words in the field `status` keep their course: those that are there, and
+#: those that somebody has laid down.
+KEPT = ("existing", "given")
 _LINES = (1, 2, 5)
 _MULTI_LINE = 5
 _POLYGON = 3
@@ -85,12 +88,12 @@ class StreetFrame:
         return np.asarray(~none & finite, dtype=bool)
 
     def _existing(self) -> BoolArray:
-        """Tell which features say that they are existing streets."""
+        """Tell which features say that they are streets to be kept."""
         by_lower = {str(c).lower(): c for c in self.frame.columns}
         if "status" not in by_lower:
             return np.zeros(len(self.frame), dtype=bool)
         texts = self.frame[by_lower["status"]].astype(str).str.strip().str.lower()
-        return np.asarray(texts == "existing")
+        return np.asarray(texts.isin(KEPT))
 
     def tell(
         self, row: int, problem: str, action: str, severity: str, where: Any = "feature"
@@ -146,7 +149,7 @@ class StreetFrame:
         """Bring the field `length_m` up to date, where it was true."""
         by_lower = {str(c).lower(): c for c in made.columns}
         name = by_lower.get("length_m")
-        if name is None or made[name].dtype.kind not in "fi":
+        if name is None or made[name].dtype.kind != "f":
             return
         before, after = np.zeros((2, len(made)))
         np.add.at(before, self.part_row, shapely.length(self.parts))

@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from ..errors import InputError
+from ..errors import CancelledError, InputError
 from ..progress import Progress, Share, Silent
 from .angles import NetworkFigures, network_figures
 from .smooth_anchors import ON_EDGE, find_anchors
@@ -71,8 +71,8 @@ def smooth_streets(
     """Make the streets of a layer gentler and their junctions right-angled (CND appendix).
 
     What was connected stays connected, no block comes or goes, no street newly crosses another
-    one, an obstacle or the edge of the site. Streets with the value "existing" in a field
-    `status` keep their course, dead ends their place.
+    one, an obstacle or the edge of the site. Streets with the value "existing" or "given" in a
+    field `status` keep their course, dead ends their place.
 
     Parameters
     ----------
@@ -104,6 +104,8 @@ def smooth_streets(
     InputError
         A layer has no CRS, there is no line in the layer of streets or something else than
         lines, or the site is somewhere else.
+    CancelledError
+        The caller cancelled before there was a safe drawing.
 
     Examples
     --------
@@ -121,19 +123,22 @@ def smooth_streets(
     ground = _ground(site, own, site_layer)
     barred = read_polygons(obstacles, own.crs, obstacle_layer)
     marks, mark_ids = read_points(fixed_points, own.crs, point_layer)
+    _go_on(told.cancelled())
     net = build_net(own.lines, marks, FIX_REACH, own.existing)
+    _go_on(told.cancelled())
     doubled, pairs = overlapping(net.lines)
     existing = own.existing[net.street]
     anchors = find_anchors(
         net, existing | doubled, site=ground, slide=wishes is None or wishes.slide
     )
-    _tell_streets(own, net, pairs)
     for k in np.flatnonzero(net.marks < 0).tolist():
         what = f"there is no street within {FIX_REACH:g} m"
         place = shapely.points(marks[k])
         own.problems.add(point_layer, mark_ids[k], what, "ignored", "warning", place, own.crs)
     done = smooth_net(net, anchors, wishes, obstacles=barred, progress=Share(told, 0.1, 0.9))
+    _go_on(not done.complete and all(a is b for a, b in zip(done.lines, net.lines)))
     told.stage("Measuring the streets", 0.9)
+    _tell_streets(own, net, pairs)
     _tell_place(own, net, barred, done)
     moving = ~(existing | doubled)
     if ground is not None:
@@ -150,6 +155,12 @@ def smooth_streets(
         held,
         done.complete,
     )
+
+
+def _go_on(cancelled: bool) -> None:
+    """Stop where nothing that is worth keeping will come."""
+    if cancelled:
+        raise CancelledError("Cancelled before the streets were smoothed.")
 
 
 def _ground(

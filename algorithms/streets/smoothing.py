@@ -14,7 +14,7 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from ..errors import InputError
+from ..errors import CancelledError, InputError
 from ..network.problem import BoolArray, FloatArray
 from ..progress import Progress, Silent
 from .angles import chain_lines
@@ -171,7 +171,10 @@ def smooth_net(
     if most <= 0 or not len(net.lines) or anchors.held.all():
         return Smoothed(net.lines, most, back)
     told.stage("Preparing the streets", 0.0)
-    work = _Work(net, anchors, wishes, most, obstacles)
+    try:
+        work = _Work(net, anchors, wishes, most, obstacles, told)
+    except CancelledError:
+        return Smoothed(net.lines, most, back, complete=False)
     lines, complete = work.run(told)
     return Smoothed(lines, most, work.held_back, complete)
 
@@ -186,6 +189,12 @@ def usual_move(net: StreetNet) -> float:
     return min(MOVE_SHARE * float(np.median(lengths)), MOST_MOVE)
 
 
+def _ask(progress: Progress) -> None:
+    """Stop where the caller has cancelled."""
+    if progress.cancelled():
+        raise CancelledError("Cancelled before any street was moved.")
+
+
 class _Work:
     """One run: the snakes, the guard, and how far each point is held back."""
 
@@ -196,12 +205,14 @@ class _Work:
         wishes: Smoothing,
         most: float,
         obstacles: Geometries | None,
+        progress: Progress,
     ) -> None:
         self.net, self.anchors, self.wishes = net, anchors, wishes
         spacing = SPACING[wishes.shape]
         # What sampling and drawing stray counts as moved, too.
         keep, self.crumb = min(KEEP, most / 10), min(CRUMB[wishes.shape], most / 10)
         self.points: Points = sample(net, anchors, spacing, keep, most - keep - self.crumb)
+        _ask(progress)
         elasticity = Elasticity(
             spacing,
             length=max(wishes.strength * FULL_LENGTH, 1.0),
@@ -209,6 +220,7 @@ class _Work:
             corner=CORNER_LOOK * most,
         )
         self.snakes = Snakes(net, self.points, anchors, elasticity, square=wishes.square)
+        _ask(progress)
         self.guard = Guard(net, most, obstacles, anchors.ground)
         self.lines = net.lines.copy()
         self.share = np.ones(len(self.points.start))

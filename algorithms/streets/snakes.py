@@ -32,6 +32,8 @@ from .snake_terms import find_bends, find_legs
 #: Weight of legs being square, against 1 for bending; and where bends are made few, which cost
 #: less there.
 SQUARE_WEIGHT, SQUARE_WEIGHT_FEW = 4.0, 8.0
+#: Weight of corners keeping their shape, against 1 for bending.
+CORNER_WEIGHT = 2.0
 #: Least distance of points in the terms of bending, as a share of the spacing.
 CLOSEST = 1 / 3
 #: Turns under this count as straight when bends are made few (degrees).
@@ -210,7 +212,7 @@ class Snakes:
         else:
             weight = mean / h * (h * h / (d1 * d2)) ** 2
         corner = bends.corner[some]
-        weight[corner] = 1.0
+        weight[corner] = CORNER_WEIGHT
         bend = sparse.diags(np.sqrt(e.beta * bends.factor[some] * weight)) @ matrix
         rest = np.zeros((len(d1), 2))
         rest[corner] = bend[corner] @ self.points.start

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import shapely
 from shapely.geometry import LineString
 
-from ..errors import CancelledError, InfeasibleError, MeshError
+from ..errors import CancelledError, InfeasibleError, InputError, MeshError
 from ..mesh import QuadMesh
 from ..network.specification import Specification
 from ..progress import Deadline, Progress, Share
@@ -29,6 +29,8 @@ from .wishes import Wishes
 NARROW = 0.6
 #: Length over which the direction of a street's end is taken (metres).
 LAST = 5.0
+#: A sub-region for which nothing of the length budget is left may build this much (metres).
+LEAST_BUDGET = 0.001
 
 Design = Callable[[Site, Specification, Wishes, float, Progress], SitePlan]
 
@@ -43,7 +45,8 @@ def design_parts(
 ) -> list[SitePlan]:
     """Design every sub-region of a divided site, the largest first.
 
-    Later ones may carry the streets of earlier ones on across a given street.
+    Later ones may carry the streets of earlier ones on across a given street, and share what
+    these left over of the length budget by their area. The number of exits holds for each.
 
     Parameters
     ----------
@@ -76,6 +79,12 @@ def design_parts(
             f"{division.site.name}: collectors and local streets are given, and no culs-de-sac "
             "are asked for: nothing is left to design."
         )
+    if asked.exits is not None and len(division.parts) > 1:
+        progress.warn(
+            f"{division.site.name}: each of the {len(division.parts)} sub-regions between given "
+            f"streets may have {asked.exits} exits; those to given streets count."
+        )
+    budget = asked.length_budget
     deadline = Deadline(max(1.0, seconds), progress)
     whole = left = sum(part.polygon.area for part in division.parts)
     ends: list[tuple[tuple[float, float], tuple[float, float]]] = []
@@ -84,20 +93,26 @@ def design_parts(
     for part in division.parts:
         share = max(1.0, deadline.left * part.polygon.area / left)
         begin = 1 - left / whole
+        asked = _with_budget(asked, budget, part.polygon.area / left)
         left -= part.polygon.area
         within = Share(progress, begin, 1 - left / whole)
         points = (*part.access_points, *across(division, part, ends))
         one = dataclasses.replace(part, access_points=points)
         own = _of_part(one, division, wishes, asked)
+        this = asked
+        if wishes.preferences.routes and not own.preferences.routes:
+            this = dataclasses.replace(asked, traffic="out")  # the routes lead elsewhere
         plan = None
         if not stopped and not _one_block(one, division, asked):
             try:
-                plan = design(one, asked, own, share, within)
+                plan = design(one, this, own, share, within)
             except CancelledError:
                 if not plans:
                     raise
                 stopped = True
-            except (MeshError, InfeasibleError) as error:
+            except (MeshError, InfeasibleError, InputError) as error:
+                if isinstance(error, InputError) and not plans:
+                    raise
                 progress.warn(f"{one.name} has no streets of its own: {error}")
         if plan is None:
             # cross streets are local streets
@@ -105,10 +120,25 @@ def design_parts(
             plan = draw_plan(
                 blank(one, stopped), asked, only_mesh=given or stopped, progress=within
             )
+        budget = _left_of_budget(budget, plan)
         ends += _ends(plan)
         real = tuple(p for p in plan.arrivals if p.kind != ACROSS)
         plans.append(dataclasses.replace(plan, arrivals=real, division=division))
     return plans
+
+
+def _with_budget(spec: Specification, budget: float | None, share: float) -> Specification:
+    """Give a sub-region its share of what is left of the length budget."""
+    if budget is None:
+        return spec
+    return dataclasses.replace(spec, length_budget=max(LEAST_BUDGET, budget * share))
+
+
+def _left_of_budget(budget: float | None, plan: SitePlan) -> float | None:
+    """Return what the streets of a sub-region leave of the length budget."""
+    if budget is None:
+        return None
+    return budget - float(plan.network.ground.mesh.lengths[plan.network.level > 0].sum())
 
 
 def part_specification(division: Division, spec: Specification) -> Specification:
@@ -137,11 +167,31 @@ def _of_part(part: Site, division: Division, wishes: Wishes, spec: Specification
             if shapely.length(shapely.difference(piece, edge)) > least:
                 lines.append(piece)
                 names.append(own.required_id(i))
-    start = [line for line in own.start if line.intersects(part.polygon)]
+    # what only touches a sub-region belongs to the next one
+    start = _inside(own.start, part, LAST)
+    routes = [
+        (line, feature)
+        for whole, feature in own.preferences.routes
+        for line in _inside([whole], part, edge_length(spec))
+    ]
+    preferences = dataclasses.replace(own.preferences, routes=routes)
     given: dict[int, list[LineString]] = {street.level: [] for street in division.streets}
     for street in division.streets:
         given[street.level].append(street.line)
-    return dataclasses.replace(own, required=lines, required_ids=names, start=start, given=given)
+    return dataclasses.replace(
+        own,
+        required=lines,
+        required_ids=names,
+        preferences=preferences,
+        start=start,
+        given=given,
+    )
+
+
+def _inside(lines: Sequence[LineString], part: Site, least: float) -> list[LineString]:
+    """Return the pieces of lines that lie in a sub-region and are longer than `least`."""
+    found = shapely.get_parts(shapely.intersection(np.array(lines, dtype=object), part.polygon))
+    return [piece for piece in found if piece.length > least]
 
 
 def blank(site: Site, cancelled: bool = False) -> LevelledNetwork:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -103,7 +104,10 @@ class Wishes:
             sinks=[self.sinks[i] for i in sinks],
             required=[self.required[i] for i in lines],
             forbidden=self.forbidden,
-            preferences=self.preferences,
+            preferences=dataclasses.replace(
+                self.preferences,
+                routes=[route for route in self.preferences.routes if own(route[0])],
+            ),
             start=[line for line in self.start if own(line)],
             start_layer=self.start_layer,
             sink_ids=[self.sink_id(i) for i in sinks],

@@ -9,6 +9,7 @@ from .measuredesign import MeasureDesign
 from .osmboundary import OsmBoundary
 from .osmlayers import OsmLayers
 from .preparesite import PrepareSite
+from .smoothstreets import SmoothStreets
 from .validatenetwork import ValidateNetwork
 
 TOOLS = (
@@ -17,6 +18,7 @@ TOOLS = (
     PrepareSite,
     CandidateMesh,
     DesignStreets,
+    SmoothStreets,
     ValidateNetwork,
     MeasureDesign,
     InstallDependencies,

@@ -162,6 +162,7 @@ class DesignStreets(Tool):
 
         specification = specification_of(request)
         presets.tell(request, progress)
+        functions.remarks(request, specification, progress)
         prepared = siteinputs.prepared_sites(request, progress.part(0.0, 0.1))
         asked = _asked(request, specification, prepared.sites, progress)
         reading = progress.part(0.1, 0.12)
@@ -179,7 +180,7 @@ class DesignStreets(Tool):
         except NoDesignError as error:
             # the reasons are worth a map: the layer of problems tells where they lie
             progress.warn(f"{error} The layer of problems shows the places.")
-            plan = no_plan(prepared.sites[0], specification, error)
+            plan = no_plan(prepared.sites[0], asked[0], error)
         if plan.stopped == "cancelled":
             gap = plan.numbers["ACHIEVED_GAP"]
             progress.warn(
@@ -239,8 +240,8 @@ def _wishes(
         frame = given[key]
         if frame is None:
             return {}
-        if key == "START" and "status" in frame.columns:
-            frame = frame[frame["status"] == "new"]
+        if key == "START":
+            frame = functions.with_status(frame, ("new",))
         parts = frame.geometry.to_crs(crs).explode(index_parts=False)
         return parts[~(parts.isna() | parts.is_empty)]
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from qgis.core import (
     QgsCoordinateReferenceSystem,
     QgsCoordinateTransform,
+    QgsCsException,
     QgsProcessingParameterDefinition,
     QgsRectangle,
 )
@@ -121,8 +122,9 @@ def _limits() -> Iterator[QgsProcessingParameterDefinition]:
     yield parameters.number(
         "EXITS",
         "Number of exits",
-        "Greatest number of places where new streets meet the edge of the site; the tool finds "
-        "out which. Empty: any number.",
+        "Greatest number of places where new streets meet existing streets or leave the site; "
+        "the tool finds out which. Where given streets divide the site it holds for each part, "
+        "and given streets count as existing. Empty: any number.",
         minimum=1,
         maximum=1000,
         integer=True,
@@ -131,7 +133,8 @@ def _limits() -> Iterator[QgsProcessingParameterDefinition]:
     yield parameters.number(
         "LENGTH_BUDGET",
         "Length budget",
-        "Greatest length of all new streets of a site. Empty: any length.",
+        "Greatest length of all new streets of a site; parts between given streets share it. "
+        "Empty: any length.",
         unit="m",
         minimum=1.0,
         advanced=True,
@@ -139,7 +142,8 @@ def _limits() -> Iterator[QgsProcessingParameterDefinition]:
     yield parameters.number(
         "MAX_DISTANCE",
         "Longest way out",
-        "No junction is farther than this from an exit, along streets. Empty: any distance.",
+        "No junction is farther than this from an exit or a given street, along streets. Empty: "
+        "any distance.",
         unit="m",
         minimum=1.0,
         advanced=True,
@@ -294,15 +298,14 @@ def given_streets(request: Request, frame: Any, crs: Any) -> dict[str, Any]:
     """
     lines: dict[int, list[Any]] = {}
     ids: dict[int, list[int]] = {}
-    if frame is not None and "status" in frame.columns:
-        # of an earlier design, what it designed
-        frame = frame[frame["status"].isin(("new", "given"))]
+    # of an earlier design, what it designed
+    frame = with_status(frame, ("new", "given"))
     for i, line in _shapes(frame, crs):
-        value = frame["level"].get(i) if "level" in frame.columns else 1
-        level = 1 if value is None or value != value else value
-        if level not in (1, 2, 3, 4):
+        value = frame["level"].get(i) if "level" in frame.columns else None
+        level = "1" if value is None or value != value else str(value).removesuffix(".0")
+        if level not in ("1", "2", "3", "4"):
             raise InputError(
-                f"Its level is {level}.",
+                f"Its level is {value}.",
                 "Give 1 (major), 2 (collector), 3 (local) or 4 (cul-de-sac) in the field level.",
                 layer=request.name("GIVEN"),
                 feature=i,
@@ -313,12 +316,46 @@ def given_streets(request: Request, frame: Any, crs: Any) -> dict[str, Any]:
     return {"given": lines, "given_ids": ids, "given_layers": names}
 
 
+def with_status(frame: Any, words: Sequence[str]) -> Any:
+    """Return the streets of an earlier design with these words as status.
+
+    Other layers may have a field of that name, too: where nothing has such a status, all counts.
+    """
+    if frame is None or "status" not in frame.columns:
+        return frame
+    own = frame["status"].isin(words)
+    return frame[own] if own.any() else frame
+
+
+def remarks(request: Request, specification: Any, progress: FeedbackProgress) -> None:
+    """Say what is asked and has no effect together with the rest that is asked."""
+    used = {"PARTITION": "within", "PATCH_SIZE": "within", "ROUTES": "through"}
+    words = {value: word for word, (value, _) in TRAFFIC.items()}
+    for key, traffic in used.items():
+        if request.has(key) and specification.traffic != traffic:
+            title = parameters.title(request.tool.parameterDefinition(key))
+            progress.warn(f"'{title}' counts only where Traffic is '{words[traffic]}': left out.")
+    drawn = specification.cul_de_sacs and specification.rules == "planner"
+    if drawn and (specification.length_budget or specification.junction_spacing):
+        progress.warn(
+            "No culs-de-sac are added: with a length budget or a junction spacing there are only "
+            "streets that the program counts. Leave these empty, or take the rules of the paper."
+        )
+
+
 def _shapes(frame: Any, crs: Any) -> list[tuple[int, Any]]:
     """Return feature ids and single geometries of a layer in a CRS; nothing where none is given."""
     if frame is None:
         return []
-    parts = frame.geometry.to_crs(crs).explode(index_parts=False)
-    return [(int(i), shape) for i, shape in parts[~(parts.isna() | parts.is_empty)].items()]
+    shapes = frame.geometry.copy()
+    areas = shapes.geom_type.isin(("Polygon", "MultiPolygon"))
+    torn = areas & ~shapes.is_valid
+    if torn.any():
+        shapes[torn] = shapes[torn].make_valid()
+    parts = shapes.to_crs(crs).explode(index_parts=False)
+    # a repaired area may come with lines
+    parts = parts[~(parts.isna() | parts.is_empty | (areas[parts.index] & (parts.area == 0)))]
+    return [(int(i), shape) for i, shape in parts.items()]
 
 
 def _values(request: Request, key: str, name: str, frame: Any) -> dict[int, float]:
@@ -345,6 +382,9 @@ def _heights(raster: Any, request: Request, site: Any) -> Any:
 
     crs = QgsCoordinateReferenceSystem.fromWkt(site.crs.to_wkt())
     turn = QgsCoordinateTransform(crs, raster.crs(), request.context.transformContext())
-    around = turn.transformBoundingBox(QgsRectangle(*site.polygon.bounds))
+    try:
+        around = turn.transformBoundingBox(QgsRectangle(*site.polygon.bounds))
+    except QgsCsException:  # the CRS of the raster does not reach there
+        return no_heights
     grid = bridge.read_raster(raster, around)
     return no_heights if grid is None else grid.seen_from(site.crs)

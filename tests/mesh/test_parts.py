@@ -12,7 +12,7 @@ from platwright.mesh.directions import Labels, alternatives, label_ring, label_t
 from platwright.mesh.facing import find_facing
 from platwright.mesh.foreign import foreign_edges
 from platwright.mesh.grids import grid
-from platwright.mesh.lattice import LatticeRing, solve_lattice
+from platwright.mesh.lattice import LatticeRing, _Program, _size_cost, solve_lattice
 from platwright.mesh.overlap import overlap_cuts
 from platwright.mesh.relax import Smoother, line_triples
 from platwright.mesh.rings import Ring, find_corners, place_stations, polygon_rings
@@ -39,7 +39,9 @@ def test_ring_by_arc_length():
     ring = Ring([(0, 0), (4, 0), (4, 3), (0, 3), (0, 0)])
     assert ring.length == 14
     assert ring.at([0, 5, 14, 15, -1]).tolist() == [[0, 0], [4, 1], [0, 0], [1, 0], [0, 1]]
-    assert ring.tangent([1, 5]).tolist() == [[1, 0], [0, 1]]
+    points, tangents = ring.walk(np.array([1.0, 5.0, 13.0, 14.0, -1.0]))
+    assert points.tolist() == [[1, 0], [4, 1], [0, 1], [0, 0], [0, 1]]
+    assert tangents.tolist() == [[1, 0], [0, 1], [0, -1], [1, 0], [0, -1]]
     assert ring.part(3, 8).tolist() == [[3, 0], [4, 0], [4, 3], [3, 3]]
     assert ring.part(13, 15).tolist() == [[0, 1], [0, 0], [1, 0]]
     assert ring.gap(13, 1) == 2
@@ -164,6 +166,41 @@ def test_whole_numbers_of_a_rectangle(width, height, steps):
     (ring,), _ = solve_lattice(rings, labels, 100, find_facing(rings, labels, 100))
     per_axis = [int(ring.steps[labels[0].direction % 2 == d].sum()) // 2 for d in (0, 1)]
     assert tuple(per_axis) == steps
+
+
+@pytest.mark.parametrize(
+    ("line", "costs"),
+    [
+        # a valley, and beyond its ends the same slopes
+        ([(1.0, 4.0), (2.0, 1.0), (4.0, 2.0)], {0: 7, 1: 4, 2: 1, 3: 1.5, 4: 2, 8: 4}),
+        # rising from its first point: down to 0 on its left, and no further
+        ([(1.0, 1.0), (2.0, 3.0), (3.0, 6.0)], {-5: 0, 0: 0, 1: 1, 2: 3, 4: 9}),
+        # the same the other way round, and from 0
+        ([(-2.0, 3.0), (-1.0, 1.0)], {-3: 5, -2: 3, -1: 1, 0: 0, 6: 0}),
+        ([(2.0, 0.0), (3.0, 2.0)], {-1: 0, 2: 0, 3: 2, 5: 6}),
+        ([(0.0, 1.0), (2.0, 1.0)], {-3: 1, 1: 1, 7: 1}),
+        ([(1.0, 1e-31), (2.0, 3.0)], {-3: 0, 1: 0, 2: 3}),
+    ],
+)
+@pytest.mark.parametrize("shift", [0.0, 1.0])
+def test_cost_along_a_convex_line(line, costs, shift):
+    for place, cost in costs.items():
+        program = _Program()
+        x = program.column(place - shift, place - shift, whole=True)
+        program.convex({x: 1.0}, line, shift)
+        values, total = program.solve()
+        assert values[x] == place - shift
+        assert total == pytest.approx(cost)
+
+
+@pytest.mark.parametrize("target", [0.2, 0.8, 1.0, 1.5, 4.4, 30.0])
+def test_cost_of_sizes_is_convex_and_least_at_the_asked_one(target):
+    places, costs = np.array(_size_cost(target, 2.0)).T
+    slopes = np.diff(costs) / np.diff(places)
+    assert (np.diff(slopes) >= -1e-12).all()
+    assert abs(places[costs.argmin()] - max(1, target)) <= 0.5
+    near = np.abs(places - target) <= min(1, target)
+    assert costs[near] == pytest.approx(2.0 * np.log(places[near] / max(target, 0.3)) ** 2)
 
 
 def square_labels(directions, steps):

@@ -63,10 +63,13 @@ def server() -> Iterator[Server]:
 
 @pytest.fixture
 def settings(server: Server) -> Callable[..., OsmSettings]:
-    """Make settings that lead to the server, or to broken answers of it."""
+    """Make settings that lead to the server, or to broken answers of it.
+
+    They are patient, for busy machines; tests of silence give a time of their own.
+    """
 
     def make(broken: str = "", **more: Any) -> OsmSettings:
-        given = {"rate_limit": False, "timeout": 5.0, **server.addresses(broken), **more}
+        given = {"rate_limit": False, "timeout": 30.0, **server.addresses(broken), **more}
         return OsmSettings(**given)
 
     return make

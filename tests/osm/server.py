@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import json
 import re
+import signal
 import sys
 import threading
 import time
@@ -491,6 +492,8 @@ def main() -> None:
     parser.add_argument("--port", type=int, default=8077)
     parser.add_argument("--extract", type=Path, default=SHIPPED, help="an .osm or .pbf file")
     given = parser.parse_args()
+    # Also where a shell started it in the background: there interrupts are ignored.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     with Server(given.extract, given.port) as server:
         urls = server.addresses()
         print(f"Nominatim: {urls['nominatim_url']}\nOverpass:  {urls['overpass_url']}", flush=True)

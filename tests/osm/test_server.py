@@ -17,8 +17,11 @@ from platwright.osm import OsmSettings, boundaries
 WINDOW = "43.74 7.42 43.74 7.44 43.75 7.44 43.75 7.42"
 
 
-def test_the_program_serves_until_it_is_interrupted():
-    words = [sys.executable, str(Path(program_file.__file__)), "--port", "0"]
+@pytest.mark.parametrize("before", ["", "trap '' INT; "], ids=["plainly", "in the background"])
+def test_the_program_serves_until_it_is_interrupted(before):
+    # What a shell starts in the background inherits that interrupts are ignored.
+    shell = ["sh", "-c", f'{before}exec "$@"', "sh"]
+    words = [*shell, sys.executable, str(Path(program_file.__file__)), "--port", "0"]
     with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as program:
         try:
             said = program.stdout.readline() + program.stdout.readline()
@@ -31,8 +34,12 @@ def test_the_program_serves_until_it_is_interrupted():
                 assert b"slots available now" in page.read()
         finally:
             program.send_signal(signal.SIGINT)
-        assert program.stdout.read() == "Closed.\n"
-        assert program.wait(timeout=10) == 0
+            try:
+                rest, _ = program.communicate(timeout=20)
+            finally:
+                program.kill()
+        assert rest == "Closed.\n"
+        assert program.returncode == 0
 
 
 @pytest.mark.parametrize(

@@ -163,6 +163,29 @@ def test_the_sample_is_designed_and_validated(qgis_process, sample, tmp_path: Pa
     rows(tmp_path / "found.gpkg")
 
 
+def test_the_streets_of_the_sample_are_smoothed(qgis_process, sample, tmp_path: Path):
+    said = qgis_process(
+        *tool(
+            "smoothstreets",
+            INPUT=f"{sample}|layername=streets",
+            OBSTACLES=f"{sample}|layername=obstacles",
+            SHAPE="straight",
+            MAX_MOVE=5,
+            STREETS=tmp_path / "smooth.gpkg",
+            PROBLEMS=tmp_path / "found.gpkg",
+        )
+    )
+    numbers = dict(re.findall(r"^([A-Z_0-9]+):\t(-?[\d.e+-]+)$", said, re.MULTILINE))
+    assert float(numbers["ANGLE_AFTER"]) < float(numbers["ANGLE_BEFORE"])
+    assert float(numbers["BENDS_AFTER"]) < float(numbers["BENDS_BEFORE"])
+    assert 1 < float(numbers["LARGEST_MOVE"]) <= 5.01
+    before, after = rows(f"{sample}|layername=streets"), rows(tmp_path / "smooth.gpkg")
+    own = [key for key in before[0] if key not in ("geometry", "fid")]
+    assert [[s[key] for key in own] for s in after] == [[s[key] for key in own] for s in before]
+    assert max(s["moved_m"] for s in after) == pytest.approx(float(numbers["LARGEST_MOVE"]))
+    rows(tmp_path / "found.gpkg")
+
+
 def test_step_by_step(qgis_process, sample, tmp_path: Path):
     """Prepare, mesh and design, each from the files of the step before."""
     qgis_process(

@@ -226,3 +226,47 @@ def test_deep_blocks_get_culs_de_sac(toolbox):
     assert blind
     assert all(s["turning_m"] > 0 for s in blind)
     assert with_them.results["VIOLATIONS"] == 0
+
+
+def test_a_raster_reaches_a_process_of_its_own(toolbox, tmp_path, monkeypatch):
+    import sysconfig
+
+    from qgis.core import QgsProject, QgsRasterLayer
+
+    monkeypatch.setenv("PLATWRIGHT_WORKER", "always")
+    monkeypatch.setenv("PLATWRIGHT_DEPS", sysconfig.get_paths()["purelib"])
+    hill = QgsRasterLayer(heights(tmp_path, west=5000.0), "far hill")
+    QgsProject.instance().addMapLayer(hill)
+    try:
+        # it is read there: its heights are elsewhere
+        with pytest.raises(FailedError, match="no height"):
+            run(toolbox, ELEVATION=hill.id())
+    finally:
+        QgsProject.instance().removeMapLayer(hill.id())
+
+
+def test_what_has_no_effect_is_said(toolbox):
+    route = layer([line((216, -3), (216, 365))], kind="LineString", name="route")
+    found = run(toolbox, ROUTES=route, CUL_DE_SACS=True, LENGTH_BUDGET=1000, TIME_LIMIT=2)
+    said = " ".join(found.said.warnings)
+    assert "'Through routes' counts only where Traffic is 'through the site'" in said
+    assert "No culs-de-sac" in said
+
+
+def test_a_field_called_status_is_not_always_that_of_a_design(toolbox):
+    major = layer(
+        [line((216, -5), (216, 365))],
+        fields="field=status:string",
+        values=[["planned"]],
+        kind="LineString",
+        name="main road",
+    )
+    found = run(toolbox, GIVEN=major)
+    given = [s for s in found.rows("STREETS") if s["status"] == "given"]
+    assert sum(s["length_m"] for s in given) == pytest.approx(360, abs=15)
+
+
+def test_a_torn_area_is_repaired(toolbox):
+    bowtie = "POLYGON((500000 6700000,500432 6700360,500432 6700000,500000 6700360,500000 6700000))"
+    dear = layer([bowtie], fields="field=price:double", values=[[3.0]], name="bow tie")
+    assert new(run(toolbox, PRICES=dear))

@@ -15,7 +15,8 @@ pytestmark = pytest.mark.qgis
 MOST = 60_000
 #: Tools that make something that can be drawn.
 DRAWN = {
-    "osmboundary", "osmlayers", "preparesite", "candidatemesh", "designstreets", "validatenetwork",
+    "osmboundary", "osmlayers", "preparesite", "candidatemesh", "designstreets", "smoothstreets",
+    "validatenetwork",
 }  # fmt: skip
 #: Grounds of QGIS's light and dark themes.
 GROUNDS = ("#ffffff", "#efefef", "#323232", "#2b2b2b")

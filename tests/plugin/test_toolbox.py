@@ -32,6 +32,10 @@ KEYS = {
         "LEVELS", "TIME_LIMIT", "GAP", "SEED", "SOLVER",
         "STREETS", "JUNCTIONS", "BLOCKS", "PROBLEMS",
     },
+    "smoothstreets": {
+        "INPUT", "SITE", "OBSTACLES", "FIXED_POINTS", "SHAPE", "STRENGTH", "MAX_MOVE",
+        "FILLET_RADIUS", "FILLET_ANGLE", "SQUARE_JUNCTIONS", "SLIDING_ENDS", "STREETS", "PROBLEMS",
+    },
     "validatenetwork": {
         "INPUT", "SITE", "SINKS", "OBSTACLES", "COVERAGE", "DEAD_ENDS", "ZIGZAGS", "TOO_CLOSE",
         "T_JUNCTIONS", "BRANCHES", "PROBLEMS",
@@ -54,6 +58,11 @@ NUMBERS = {
         "TOTAL_LENGTH", "MEAN_DISTANCE", "MAX_DISTANCE", "OBJECTIVE", "BOUND", "ACHIEVED_GAP",
         "SECONDS", "VIOLATIONS",
     },
+    "smoothstreets": {
+        "ANGLE_BEFORE", "ANGLE_AFTER", "ANGLE_P90_BEFORE", "ANGLE_P90_AFTER", "BENDS_BEFORE",
+        "BENDS_AFTER", "SHORTEST_BEFORE", "SHORTEST_AFTER", "LENGTH_BEFORE", "LENGTH_AFTER",
+        "LARGEST_MOVE", "HELD_BACK",
+    },
     "validatenetwork": {"VIOLATIONS"},
     "measuredesign": {"LENGTH_M", "BLOCKS", "BLOCK_WIDTH_M", "VIOLATIONS"},
     "installdependencies": {"PACKAGES", "FOLDER"},
@@ -66,6 +75,10 @@ UNITS = {
     "TIME_LIMIT": "(s)",
     "DIRECTION": "(degrees)",
     "REACH": "(m)",
+    "MAX_MOVE": "(m)",
+    "FILLET_RADIUS": "(m)",
+    "FILLET_ANGLE": "(degrees)",
+    "STRENGTH": "(percent)",
 }
 
 
@@ -89,6 +102,7 @@ def test_groups_follow_the_order_of_the_work(provider):
         "preparesite": "1 Site",
         "candidatemesh": "1 Site",
         "designstreets": "2 Streets",
+        "smoothstreets": "2 Streets",
         "validatenetwork": "6 Measure",
         "measuredesign": "6 Measure",
         "installdependencies": "9 Set-up",

@@ -225,3 +225,63 @@ def test_culs_de_sac_need_no_exits_of_their_own():
         if south.distance(shapely.Point(x, y)) < 1
     }
     assert len(touching) <= 2
+
+
+@pytest.mark.parametrize("first", [0, 500])
+def test_a_route_in_one_site_says_nothing_about_another(first):
+    sites = [make_site(shapely.box(x, 0, x + 360, 288)) for x in (0, 500)]
+    route = LineString([(first + 180, 0), (first + 180, 288)])
+    wishes = Wishes(preferences=Preferences(routes=[(route, 7)]))
+    for site in sites:
+        own = wishes.of_site(site, sites).preferences.routes
+        assert [i for _, i in own] == ([7] if site.polygon.bounds[0] == first else [])
+
+
+@pytest.mark.parametrize("levels", [1, 2])
+def test_sub_regions_share_the_length_budget(levels):
+    site = make_site(shapely.box(0, 0, 720, 360))
+    given = {1: [LineString([(300, 0), (300, 360)])]}
+    spec = Specification(levels=levels, length_budget=1100.0, gap=0.4, time_limit=8.0)
+    plans = design_streets([site], spec, wishes=Wishes(given=given)).plans
+    assert len(plans) == 2
+    spent = [float(p.network.ground.mesh.lengths[p.network.level > 0].sum()) for p in plans]
+    assert 0 < sum(spent) <= 1100.01
+
+
+def test_routes_and_earlier_streets_are_cut_at_given_streets():
+    site = make_site(shapely.box(0, 0, 720, 360))
+    given = {1: [LineString([(360, 0), (360, 360)])]}
+    route = LineString([(0, 144), (720, 144)])
+    short = [LineString([(x, 0), (x, 360)]) for x in (72, 432)]
+    wishes = Wishes(
+        given=given,
+        preferences=Preferences(routes=[(route, 3)]),
+        start=[*short, LineString([(0, 144), (360, 144)]), LineString([(360, 144), (720, 144)])],
+    )
+    spec = Specification(traffic="through", sink_mode="boundary", gap=0.4, time_limit=8.0)
+    plans = design_streets([site], spec, wishes=wishes).plans
+    assert len(plans) == 2
+    for plan in plans:
+        west, _, east, _ = plan.site.polygon.bounds
+        streets = shapely.union_all([s.line for s in plan.segments])
+        low, _, high, _ = streets.bounds
+        assert low - west < 1
+        assert east - high < 1
+
+
+def test_one_way_streets_need_no_mesh_lines():
+    site = make_site(shapely.box(0, 0, 432, 150))
+    given = {3: [LineString([(216, 0), (216, 150)])]}
+    spec = Specification(
+        block_width=50.0, block_length=100.0, cul_de_sacs=True, one_way="all", time_limit=5.0
+    )
+    plans = design_streets([site], spec, wishes=Wishes(given=given)).plans
+    built = [s for plan in plans for s in plan.segments]
+    assert built
+    assert not any(plan.network.level.any() for plan in plans)
+
+
+@pytest.mark.parametrize("field", ["rules", "traffic", "one_way", "sink_mode", "coverage_unit"])
+def test_a_word_that_means_nothing_is_refused(field):
+    with pytest.raises(InputError, match=field):
+        Specification(**{field: "sideways"})

@@ -17,12 +17,14 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from platwright.errors import InputError
+from platwright.errors import CancelledError, InputError
 from platwright.progress import Silent
 from platwright.streets.angles import count_bends
 from platwright.streets.fillets import fillet
+from platwright.streets.smooth_anchors import find_anchors
+from platwright.streets.smooth_graph import build_net
 from platwright.streets.smooth_layer import smooth_streets
-from platwright.streets.smoothing import Smoothing
+from platwright.streets.smoothing import Smoothing, smooth_net
 from scipy.spatial import Delaunay, cKDTree
 from shapely.geometry import LineString, MultiLineString, Point, box
 
@@ -538,16 +540,32 @@ class Impatient(Silent):
         return self.asked > self.patience
 
 
-@pytest.mark.parametrize("patience", [0, 1, 3, 30])
-def test_a_cancelled_run_keeps_a_safe_drawing(patience):
+def test_a_run_can_be_cancelled_at_any_moment():
+    """Before there is a safe drawing nothing is kept, after it that drawing is."""
     lines = jittered_grid(6, 6, 80.0, 12.0, 4, drop=0.1)
-    watch = Impatient(patience)
-    made = smooth_streets(layer(*lines), Smoothing(fillet_radius=15.0), progress=watch)
-    assert_same_network(lines, lines_of(made.streets), made.max_move)
+    asked = Smoothing(fillet_radius=15.0)
+    watch = Impatient(10**9)
+    whole = smooth_streets(layer(*lines), asked, progress=watch)
     assert watch.told == sorted(watch.told)
-    assert made.complete == (patience >= 30)
-    if patience < 3:
-        assert made.largest_move == 0
+    assert watch.asked > 12
+    for patience in range(watch.asked - 1):
+        with pytest.raises(CancelledError):
+            smooth_streets(layer(*lines), asked, progress=Impatient(patience))
+    made = smooth_streets(layer(*lines), asked, progress=Impatient(watch.asked - 1))
+    assert whole.complete
+    assert not made.complete
+    assert made.largest_move > 0
+    assert_same_network(lines, lines_of(made.streets), made.max_move)
+
+
+def test_a_network_whose_smoothing_is_cancelled_is_as_it_came():
+    lines = jittered_grid(4, 4, 80.0, 12.0, 4)
+    net = build_net(lines)
+    anchors = find_anchors(net, np.zeros(len(lines), dtype=bool))
+    for patience in (0, 1, 2, 5):
+        made = smooth_net(net, anchors, progress=Impatient(patience))
+        assert not made.complete
+        assert all(a is b for a, b in zip(made.lines, net.lines))
 
 
 @pytest.mark.slow
