@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -144,15 +145,15 @@ def read_raster(layer: QgsRasterLayer, around: QgsRectangle) -> Any:
     from ..algorithms.streets import HeightGrid
 
     step_x, step_y = layer.rasterUnitsPerPixelX(), layer.rasterUnitsPerPixelY()
-    # a cell more on each side, for what lies between the middles of cells
-    around = QgsRectangle(around)
-    around.set(
-        around.xMinimum() - step_x,
-        around.yMinimum() - step_y,
-        around.xMaximum() + step_x,
-        around.yMaximum() + step_y,
-    )
-    part = around.intersect(layer.extent())
+    # whole cells, and one more on each side for what lies between the middles of cells
+    whole = layer.extent()
+    west, north = whole.xMinimum(), whole.yMaximum()
+    part = QgsRectangle(
+        west + step_x * (math.floor((around.xMinimum() - west) / step_x) - 1),
+        north - step_y * (math.ceil((north - around.yMinimum()) / step_y) + 1),
+        west + step_x * (math.ceil((around.xMaximum() - west) / step_x) + 1),
+        north - step_y * (math.floor((north - around.yMaximum()) / step_y) - 1),
+    ).intersect(whole)
     if part.isEmpty():
         return None
     columns = max(1, min(RASTER_CELLS, round(part.width() / step_x)))

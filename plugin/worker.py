@@ -110,6 +110,8 @@ def _inputs(
             continue
         if definition.type() in ("source", "vector"):
             yield key, _save_layer(request, key, folder / f"input_{key}.gpkg", progress)
+        elif definition.type() == "raster":
+            yield key, _raster(request.raster(key), folder / f"input_{key}.vrt")
         else:
             yield key, _plain(tool, request, definition)
 
@@ -121,8 +123,6 @@ def _plain(tool: Tool, request: Request, definition: QgsProcessingParameterDefin
     if isinstance(value, QgsProperty) and definition.isDynamic():
         return {"expression": value.asExpression()}
     kind = definition.type()
-    if kind == "raster":
-        return _raster(request.raster(key))
     if kind in ("number", "distance", "area", "duration", "scale"):
         return tool.parameterAsDouble(values, key, context)
     if kind == "boolean":
@@ -144,13 +144,23 @@ def _plain(tool: Tool, request: Request, definition: QgsProcessingParameterDefin
     return tool.parameterAsString(values, key, context)
 
 
-def _raster(layer: QgsRasterLayer | None) -> Any:
-    """Return a raster as Processing names it elsewhere: the process has no project."""
+def _raster(layer: QgsRasterLayer | None, path: Path) -> str | None:
+    """Return a raster as Processing names it elsewhere: the process has no project.
+
+    A coordinate reference system that was set for the layer alone goes over in a file at `path`.
+    """
     if layer is None:
         return None
-    if layer.providerType() == "gdal":
-        return layer.source()
-    return QgsProcessingUtils.encodeProviderKeyAndUri(layer.providerType(), layer.source())
+    source = layer.source()
+    if layer.providerType() != "gdal":
+        return QgsProcessingUtils.encodeProviderKeyAndUri(layer.providerType(), source)
+    source = os.path.abspath(source) if os.path.exists(source) else source
+    if QgsRasterLayer(source, "", "gdal").crs() == layer.crs():
+        return source
+    from osgeo import gdal
+
+    made = gdal.Translate(str(path), source, format="VRT", outputSRS=layer.crs().toWkt())
+    return source if made is None else str(path)
 
 
 def _save_layer(request: Request, key: str, path: Path, progress: FeedbackProgress) -> str:

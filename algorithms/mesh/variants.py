@@ -48,9 +48,6 @@ FAIR = 1.85
 """Score under which no search by single changes is made."""
 ROWS_FROM = 3.0
 """Score of a plain mesh from which on one with extra rows is tried too."""
-DEAR, DEAR_FROM = 1.6, 4.0
-"""A lattice that costs more than DEAR times that of the best mesh, plus DEAR_FROM, never became a
-better mesh on any real site: it is not smoothed."""
 CUT_ROUNDS = 5
 EXACT = 0.1
 """Distance from the boundary, in edge lengths, up to which a given point itself is met."""
@@ -74,8 +71,6 @@ class PartMesh:
         Positions (n, 2), arc lengths (n,) of boundary vertices, vertices that stay.
     score
         See `quality.score`.
-    cost
-        What its lattice costs, see `lattice`.
     lost
         Indices of given points that could not be kept.
     attracted
@@ -95,7 +90,6 @@ class PartMesh:
     score: float
     lost: list[int] = field(default_factory=list)
     attracted: dict[int, int] = field(default_factory=dict)
-    cost: float = 0.0
     tried: set[Key] = field(default_factory=set)
 
 
@@ -229,10 +223,8 @@ def _better(
     guide: float | None,
 ) -> PartMesh | None:
     """Return the best of a mesh and those that belong to labels."""
-    most = np.inf if best is None else DEAR * best.cost + DEAR_FROM
-    for draft, cost in _drafts(rings, labels, h, most):
+    for draft in _drafts(rings, labels, h):
         found = _smoothed(rings, stations, labels, draft, h, area, guide)
-        found.cost = cost
         if best is None or found.score < best.score:
             best = found
         if found.score < ROWS_FROM:
@@ -278,13 +270,8 @@ def _label_variants(tables: Sequence[LabelTable], guide: float | None) -> Iterat
         yield labels
 
 
-def _drafts(
-    rings: list[Ring], labels: list[Labels], h: float, most: float
-) -> Iterator[tuple[Draft, float]]:
-    """Yield the meshes that belong to labels, and what their lattices cost, up to a cost.
-
-    They are the plain one and the one with extra rows.
-    """
+def _drafts(rings: list[Ring], labels: list[Labels], h: float) -> Iterator[Draft]:
+    """Yield the meshes that belong to labels: the plain one and the one with extra rows."""
     facing = find_facing(rings, labels, h)
     rows, along, extra = plan_rows(rings, labels, h)
     options: list[tuple[list[Row], dict[int, int], dict[int, int]]] = [([], {}, {})]
@@ -294,12 +281,11 @@ def _drafts(
         cuts: list[Cut] = []
         for _ in range(CUT_ROUNDS):
             solution = solve_lattice(rings, labels, h, facing, rows_at, steps_at, cuts)
-            # cuts only make it dearer
-            if solution is None or solution[1] > most:
+            if solution is None:
                 break
             draft = build_draft(rings, labels, solution[0], planned)
             if draft is not None:
-                yield draft, solution[1]
+                yield draft
                 break
             new = [c for c in overlap_cuts(rings, labels, solution[0]) if c not in cuts]
             if not new:

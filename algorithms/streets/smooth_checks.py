@@ -173,7 +173,8 @@ class Guard:
             i, j = self.obstacles.query(lines[edges], predicate="intersects")
             part = shapely.intersection(lines[edges[i]], self.obstacles.geometries[j])
             np.add.at(length, i, shapely.length(part))
-            where[i] = part
+            for k in np.unique(i).tolist():
+                where[k] = shapely.union_all(part[i == k])
         return length, where
 
     def _gap(self, lines: Geometries, edges: IntArray) -> tuple[FloatArray, Geometries]:

@@ -35,6 +35,8 @@ class Points:
         Shape (M,). Points along each edge with its end nodes, edge after edge.
     offset
         Shape (e + 1,). Where each edge begins in `sequence`.
+    along
+        Shape (M,). Distance of each place in `sequence` from the start of its edge, metres.
     fixed
         Shape (N,). Points that stay.
     clearance
@@ -44,6 +46,7 @@ class Points:
     start: FloatArray
     sequence: IntArray
     offset: IntArray
+    along: FloatArray
     fixed: BoolArray
     clearance: FloatArray
 
@@ -85,10 +88,6 @@ class Points:
         reach = dijkstra(graph, directed=False, indices=n)[:n]
         return np.asarray(np.minimum(own, reach))
 
-    def drawn(self, at: FloatArray) -> FloatArray:
-        """Coordinates of all edges, one after the other, with the points at `at`."""
-        return at[self.sequence]
-
 
 def sample(net: StreetNet, anchors: Anchors, spacing: float, keep: float, most: float) -> Points:
     """Take points along the streets.
@@ -112,12 +111,16 @@ def sample(net: StreetNet, anchors: Anchors, spacing: float, keep: float, most: 
         With the limits that keep streets apart.
     """
     closed = shapely.is_closed(net.lines)
-    course = shapely.segmentize(
-        np.where(closed, net.lines, shapely.simplify(net.lines, keep)), spacing
-    )
-    xy, owner = shapely.get_coordinates(course, return_index=True)
+    rough = np.where(closed, net.lines, shapely.simplify(net.lines, keep))
+    stations = [
+        _stations(shapely.get_coordinates(line), shapely.get_coordinates(kept), spacing)
+        for line, kept in zip(net.lines, rough)
+    ]
+    xy, along = np.vstack([s[0] for s in stations]), np.concatenate([s[1] for s in stations])
+    count = np.array([len(s[1]) for s in stations])
+    owner = np.repeat(np.arange(len(stations)), count)
     n = len(net.nodes)
-    offset = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=len(course)))])
+    offset = np.concatenate([[0], np.cumsum(count)])
     inner = np.ones(len(xy), dtype=bool)
     inner[offset[:-1]] = inner[offset[1:] - 1] = False
     sequence = np.empty(len(xy), dtype=np.int64)
@@ -127,7 +130,36 @@ def sample(net: StreetNet, anchors: Anchors, spacing: float, keep: float, most: 
     edge = owner[inner]
     fixed = np.concatenate([anchors.fixed, anchors.held[edge] | anchors.outside(xy[inner])])
     clearance = np.minimum(most, _room(net, start, edge, most))
-    return Points(start, sequence, offset.astype(np.int64), fixed, clearance)
+    return Points(start, sequence, offset.astype(np.int64), along, fixed, clearance)
+
+
+def _stations(line: FloatArray, kept: FloatArray, spacing: float) -> tuple[FloatArray, FloatArray]:
+    """Points on a line: some of its vertices, and others evenly between them.
+
+    Returns
+    -------
+    array, array
+        Shape (k, 2), and their distances along the line, shape (k,), metres.
+    """
+    arc = arcs(line)
+    vertex = np.zeros(len(kept), dtype=np.int64)
+    last = -1
+    for k, xy in enumerate(kept.tolist()):
+        last += 1
+        while last < len(line) - 1 and line[last].tolist() != xy:
+            last += 1
+        vertex[k] = last
+    vertex[-1] = len(line) - 1
+    ends = arc[vertex]
+    parts = np.maximum(np.ceil(np.diff(ends) / spacing), 1).astype(np.int64)
+    places = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(ends, ends[1:], parts)]
+    along = np.concatenate([*places, ends[-1:]])
+    return np.column_stack([np.interp(along, arc, line[:, k]) for k in (0, 1)]), along
+
+
+def arcs(xy: FloatArray) -> FloatArray:
+    """Return the distance of each vertex along a line, shape (k,)."""
+    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
 
 
 def _room(net: StreetNet, start: FloatArray, edge: IntArray, most: float) -> FloatArray:

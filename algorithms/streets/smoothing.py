@@ -22,7 +22,7 @@ from .fillets import fillet_streets
 from .smooth_anchors import Anchors
 from .smooth_checks import Faults, Guard
 from .smooth_graph import Geometries, StreetNet, chains_of
-from .smooth_points import Points, sample
+from .smooth_points import Points, arcs, sample
 from .snakes import RENEW, SETTLED, Elasticity, Snakes
 
 #: What streets may become.
@@ -267,7 +267,30 @@ class _Work:
             place = (np.cumsum(some) - 1)[points.owner[mine]]
             made = shapely.linestrings(at[points.sequence[mine]], indices=place)
             self.lines[some] = shapely.simplify(made, self.crumb)
+        still = ~away[points.sequence[points.links]] & ~away[points.sequence[points.links + 1]]
+        partly = np.zeros(len(self.lines), dtype=bool)
+        partly[points.owner[points.links[still]]] = True
+        for edge in np.flatnonzero(partly & some).tolist():
+            self.lines[edge] = self._partly(edge, at, away)
         return redrawn
+
+    def _partly(self, edge: int, at: FloatArray, away: BoolArray) -> shapely.Geometry:
+        """Draw an edge that moved in part: the rest is exactly as it came."""
+        a, b = self.points.offset[edge : edge + 2]
+        own, along = self.points.sequence[a:b], self.points.along[a:b]
+        xy = shapely.get_coordinates(self.net.lines[edge])
+        arc = arcs(xy)
+        stays = ~(away[own[:-1]] | away[own[1:]])
+        cuts = [0, *(np.flatnonzero(stays[1:] != stays[:-1]) + 1).tolist(), len(stays)]
+        parts = [at[own[:1]]]
+        for first, last in zip(cuts[:-1], cuts[1:]):
+            if stays[first]:
+                inner = xy[(arc > along[first] + UNMOVED) & (arc < along[last] - UNMOVED)]
+                parts.append(np.vstack([inner, at[own[last : last + 1]]]))
+            else:
+                run = shapely.linestrings(at[own[first : last + 1]])
+                parts.append(shapely.get_coordinates(shapely.simplify(run, self.crumb))[1:])
+        return shapely.linestrings(np.vstack(parts))
 
     def _hold_back(self, faults: Faults, at: FloatArray, *, entirely: bool) -> BoolArray:
         """Let streets move half as far near a fault; in the end whole streets not at all.

@@ -231,11 +231,18 @@ def test_deep_blocks_get_culs_de_sac(toolbox):
 def test_a_raster_reaches_a_process_of_its_own(toolbox, tmp_path, monkeypatch):
     import sysconfig
 
-    from qgis.core import QgsProject, QgsRasterLayer
+    from osgeo import gdal
+    from qgis.core import QgsCoordinateReferenceSystem, QgsProject, QgsRasterLayer
 
     monkeypatch.setenv("PLATWRIGHT_WORKER", "always")
     monkeypatch.setenv("PLATWRIGHT_DEPS", sysconfig.get_paths()["purelib"])
-    hill = QgsRasterLayer(heights(tmp_path, west=5000.0), "far hill")
+    file = gdal.Open(heights(tmp_path, west=5000.0), gdal.GA_Update)
+    path = file.GetDescription()
+    file.SetProjection("")
+    file = None
+    hill = QgsRasterLayer(path, "far hill")
+    # set for the layer alone
+    hill.setCrs(QgsCoordinateReferenceSystem(METRES))
     QgsProject.instance().addMapLayer(hill)
     try:
         # it is read there: its heights are elsewhere
@@ -270,3 +277,17 @@ def test_a_torn_area_is_repaired(toolbox):
     bowtie = "POLYGON((500000 6700000,500432 6700360,500432 6700000,500000 6700360,500000 6700000))"
     dear = layer([bowtie], fields="field=price:double", values=[[3.0]], name="bow tie")
     assert new(run(toolbox, PRICES=dear))
+
+
+def test_heights_are_those_of_the_cells(toolbox, package, tmp_path):
+    import numpy as np
+    from qgis.core import QgsRasterLayer, QgsRectangle
+
+    hill = QgsRasterLayer(heights(tmp_path, 0.0), "hill")
+    # cut between the middles of cells, and off their edges
+    around = QgsRectangle(X + 53, Y + 47, X + 157, Y + 142)
+    at = package("plugin.bridge").read_raster(hill, around).seen_from(METRES)
+    x, y = np.meshgrid([57.5, 101.0, 153.5], [51.0, 99.5, 140.0])
+    found = at(np.column_stack([X + x.ravel(), Y + y.ravel()]))
+    # the plane that was written, with cells whose middles are half a cell from their corners
+    assert found == pytest.approx(0.3 * (x + y).ravel(), abs=0.01)
