@@ -6,7 +6,7 @@ there are, and on the one mesh on which they lie.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import shapely
@@ -14,7 +14,7 @@ from shapely.geometry import LineString
 
 from ..errors import InputError
 from ..mesh import QuadMesh
-from ..network.problem import BoolArray
+from ..network.problem import BoolArray, IntArray
 from ..site.types import Site
 
 #: A mesh edge lies on a street where it is nowhere farther from it than this (edge lengths).
@@ -22,6 +22,8 @@ NEAR = 0.2
 #: Where along an edge that is looked at. The ends are left out: streets are drawn straight and
 #: trimmed there.
 PLACES = np.array([0.15, 0.3, 0.5, 0.7, 0.85])
+#: Level of a street of which it is not known.
+UNKNOWN = -1
 #: Share of an earlier design that must lie in the site.
 INSIDE = 0.5
 
@@ -73,6 +75,27 @@ def start_edges(mesh: QuadMesh, lines: Sequence[LineString]) -> BoolArray:
     off = shapely.distance(places, streets).max(axis=1, initial=0.0)
     mark[inner] = off < NEAR * mesh.edge_length
     return mark
+
+
+def start_levels(mesh: QuadMesh, start: Mapping[int, Sequence[LineString]]) -> IntArray:
+    """Find the level of an earlier design's street along each edge of a mesh.
+
+    Parameters
+    ----------
+    mesh
+        The candidate mesh.
+    start
+        Streets of the earlier design by level, 0 where it is not known.
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (e,). The level, `UNKNOWN` where it is not known, 0 where there was no street.
+    """
+    found = np.zeros(len(mesh.edges), dtype=np.int64)
+    for level in sorted(start, reverse=True):
+        found[start_edges(mesh, start[level])] = level or UNKNOWN
+    return found
 
 
 def mesh_misfit(mesh: QuadMesh, lines: Sequence[LineString]) -> float:

@@ -16,6 +16,7 @@ from ..network.problem import BoolArray, Clause, Design, IntArray, NetworkProble
 from ..network.solve import solve
 from ..network.specification import FORBID, Specification
 from ..progress import Deadline, Progress, SearchState, Silent
+from .earlier import UNKNOWN
 from .program import COLLECTOR, CUL_DE_SAC, LOCAL, asked_at, level_problem
 from .requirements import share_of_budget, with_requirements
 from .survey import Ground
@@ -121,7 +122,8 @@ def design_levels(
         problem = _asked(ground, spec, COLLECTOR, level > 0)
         seconds = time_share(spec, COLLECTOR) * deadline.left
         at = asked_at(spec, COLLECTOR)
-        first = solve_level(problem, at, seconds, told, "collectors", ground.start)
+        begin = _begin(ground, COLLECTOR)
+        first = solve_level(problem, at, seconds, told, "collectors", begin)
         solved.append(dataclasses.replace(first, level=COLLECTOR))
         told.add(first.design)
         level[solved[-1].design.active] = COLLECTOR
@@ -227,7 +229,7 @@ def _by_block(
         share = max(1.0, deadline.left * part)
         try:
             at = asked_at(spec, which)
-            one = solve_level(problem, at, share, progress, name, ground.start)
+            one = solve_level(problem, at, share, progress, name, _begin(ground, which))
         except CancelledError:
             if not (in_hand or solved):
                 raise
@@ -242,6 +244,17 @@ def _asked(ground: Ground, spec: Specification, which: int, above: BoolArray) ->
     """Build the problem of a level with all that is asked of it."""
     problem = level_problem(ground, spec, which, above)
     return with_requirements(problem, ground, spec, which, above)
+
+
+def _begin(ground: Ground, which: int) -> BoolArray | None:
+    """Return the streets of an earlier design with which a level begins, shape (e,).
+
+    Collectors begin with those of old; the levels below may take up any street.
+    """
+    if ground.start is None:
+        return None
+    old = (COLLECTOR, UNKNOWN) if which == COLLECTOR else (COLLECTOR, LOCAL, CUL_DE_SAC, UNKNOWN)
+    return np.asarray(np.isin(ground.start, old))
 
 
 def solve_level(

@@ -284,9 +284,10 @@ def _best_plan(
         own = wishes or Wishes()
         exits = own.sinks if spec.sink_mode == "points" else ()
         choices = mesh_choices(site, spec, arrivals, progress, own.required, exits)
-    if wishes is not None and wishes.start:
-        check_start(site, wishes.start, wishes.start_layer)
-        choices = [_mesh_of(choices, wishes.start)]
+    earlier = [line for own in wishes.start.values() for line in own] if wishes else []
+    if wishes is not None and earlier:
+        check_start(site, earlier, wishes.start_layer)
+        choices = [_mesh_of(choices, earlier)]
     tried: list[QuadMesh] = []
     best: tuple[float, SitePlan] | None = None
     failure: MeshError | None = None

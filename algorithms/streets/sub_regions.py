@@ -168,7 +168,7 @@ def _of_part(part: Site, division: Division, wishes: Wishes, spec: Specification
                 lines.append(piece)
                 names.append(own.required_id(i))
     # what only touches a sub-region belongs to the next one
-    start = _inside(own.start, part, LAST)
+    start = {level: _inside(lines, part, LAST) for level, lines in own.start.items()}
     routes = [
         (line, feature)
         for whole, feature in own.preferences.routes

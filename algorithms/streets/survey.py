@@ -12,11 +12,11 @@ from shapely.geometry import LineString, Point
 
 from ..errors import InputError
 from ..mesh import QuadMesh
-from ..network.problem import BoolArray, FloatArray
+from ..network.problem import BoolArray, FloatArray, IntArray
 from ..network.specification import Specification
 from ..site.types import AccessPoint, Site
 from .adopt import existing_lines, right_of_way
-from .earlier import start_edges
+from .earlier import start_levels
 from .preferences import Preferences, check_elevation, edge_prices
 from .wishes import TOUCH, Wishes, nearest_vertex, required_edges, sink_vertex
 
@@ -64,7 +64,7 @@ class Ground:
     prices
         Shape (e,). Factors on the cost of streets that follow from the preferences.
     start
-        Shape (e,). Edges along which an earlier design runs.
+        Shape (e,). Level of the street of an earlier design along each edge, see `start_levels`.
     """
 
     site: Site
@@ -80,7 +80,7 @@ class Ground:
     exits: dict[tuple[float, float], int] = field(default_factory=dict)
     preferences: Preferences = field(default_factory=Preferences)
     prices: FloatArray | None = None
-    start: BoolArray | None = None
+    start: IntArray | None = None
 
     @property
     def free(self) -> BoolArray:
@@ -185,7 +185,7 @@ def survey(
         exits,
         wishes.preferences,
         edge_prices(mesh, wishes.preferences, spec.slope_weight),
-        start_edges(mesh, wishes.start) if wishes.start else None,
+        start_levels(mesh, wishes.start) if wishes.start else None,
     )
 
 

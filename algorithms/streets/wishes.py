@@ -38,7 +38,8 @@ class Wishes:
     preferences
         Where streets are wanted more or less, patches and through routes.
     start, start_layer
-        Streets of an earlier design, with which the search begins, and the name of their layer.
+        Streets of an earlier design by their level (0 where it is not known), with which the
+        search begins, and the name of their layer.
     given
         Streets that are given instead of designed, by their level (1 major, 2 collector, 3
         local, 4 cul-de-sac).
@@ -54,7 +55,7 @@ class Wishes:
     sink_ids: Sequence[int | str] = ()
     required_ids: Sequence[int | str] = ()
     preferences: Preferences = field(default_factory=Preferences)
-    start: Sequence[LineString] = ()
+    start: Mapping[int, Sequence[LineString]] = field(default_factory=dict)
     start_layer: str = "Earlier design"
     sink_layer: str = "Sinks"
     required_layer: str = "Required streets"
@@ -108,7 +109,7 @@ class Wishes:
                 self.preferences,
                 routes=[route for route in self.preferences.routes if own(route[0])],
             ),
-            start=[line for line in self.start if own(line)],
+            start={k: [line for line in v if own(line)] for k, v in self.start.items()},
             start_layer=self.start_layer,
             sink_ids=[self.sink_id(i) for i in sinks],
             required_ids=[self.required_id(i) for i in lines],

@@ -240,8 +240,6 @@ def _wishes(
         frame = given[key]
         if frame is None:
             return {}
-        if key == "START":
-            frame = functions.with_status(frame, ("new",))
         parts = frame.geometry.to_crs(crs).explode(index_parts=False)
         return parts[~(parts.isna() | parts.is_empty)]
 
@@ -252,7 +250,7 @@ def _wishes(
             required=[line for _, line in required.items()],
             forbidden=[shape for _, shape in shapes("FORBIDDEN", site.crs).items()],
             preferences=preferences(site),
-            start=[line for _, line in shapes("START", site.crs).items()],
+            start=functions.earlier_streets(given["START"], site.crs),
             start_layer=request.name("START"),
             **functions.given_streets(request, given["GIVEN"], site.crs),
             sink_ids=[feature for feature, _ in sinks.items()],

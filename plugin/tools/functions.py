@@ -343,6 +343,19 @@ def remarks(request: Request, specification: Any, progress: FeedbackProgress) ->
         )
 
 
+def earlier_streets(frame: Any, crs: Any) -> dict[int, list[Any]]:
+    """Return the new streets of an earlier design by level, 0 where it is not told."""
+    if frame is None:
+        return {}
+    frame = with_status(frame, ("new",))
+    found: dict[int, list[Any]] = {}
+    for i, line in _shapes(frame, crs):
+        value = frame["level"].get(i) if "level" in frame.columns else None
+        known = value in (1, 2, 3, 4)
+        found.setdefault(int(value) if known else 0, []).append(line)
+    return found
+
+
 def _shapes(frame: Any, crs: Any) -> list[tuple[int, Any]]:
     """Return feature ids and single geometries of a layer in a CRS; nothing where none is given."""
     if frame is None:

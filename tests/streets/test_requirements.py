@@ -256,7 +256,9 @@ def test_routes_and_earlier_streets_are_cut_at_given_streets():
     wishes = Wishes(
         given=given,
         preferences=Preferences(routes=[(route, 3)]),
-        start=[*short, LineString([(0, 144), (360, 144)]), LineString([(360, 144), (720, 144)])],
+        start={
+            0: [*short, LineString([(0, 144), (360, 144)]), LineString([(360, 144), (720, 144)])]
+        },
     )
     spec = Specification(traffic="through", sink_mode="boundary", gap=0.4, time_limit=8.0)
     plans = design_streets([site], spec, wishes=wishes).plans

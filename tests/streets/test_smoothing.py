@@ -369,6 +369,29 @@ def test_what_lies_outside_the_site_stays():
     assert made.before.length == pytest.approx(inside.length)
 
 
+def test_a_street_that_leaves_the_site_is_exactly_as_it_was_beyond_the_edge():
+    wiggles = [(20.0 * k, 4.0 * (-1) ** k) for k in range(20)]
+    street = LineString(wiggles)
+    site = box(-10, -50, 200, 50)
+    made = smooth_streets(layer(street), site=layer(site))
+    (line,) = lines_of(made.streets)
+    kept = [xy for xy in wiggles if xy[0] > 205]
+    assert list(line.coords)[-len(kept) :] == kept
+    assert line.difference(site).hausdorff_distance(street.difference(site)) < 1.5
+    assert made.largest_move > 3
+
+
+def test_what_was_on_an_obstacle_before_may_stay_there():
+    street = LineString([(0, 0), (80, 10), (160, -4), (240, 10), (320, 0)])
+    house = box(60, -20, 110, 30)
+    made = smooth_streets(layer(street), obstacles=layer(house))
+    (line,) = lines_of(made.streets)
+    assert line.intersection(house).length <= street.intersection(house).length + 0.05
+    assert made.largest_move > 2
+    told = made.problems.set_index("problem")["action"].to_dict()
+    assert told["runs over an obstacle"] == "kept there"
+
+
 @settings(max_examples=20)
 @given(seed=st.integers(0, 10**6), shape=st.sampled_from(["curved", "straight"]))
 def test_obstacles_and_the_site_are_respected(seed, shape):
