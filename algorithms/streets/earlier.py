@@ -6,16 +6,17 @@ there are, and on the one mesh on which they lie.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import shapely
 from shapely.geometry import LineString
 
-from ..errors import InputError
+from ..errors import InputError, MeshError
 from ..mesh import QuadMesh
 from ..network.problem import BoolArray, IntArray
 from ..site.types import Site
+from .fitting import same_mesh
 
 #: A mesh edge lies on a street where it is nowhere farther from it than this (edge lengths).
 NEAR = 0.2
@@ -96,6 +97,40 @@ def start_levels(mesh: QuadMesh, start: Mapping[int, Sequence[LineString]]) -> I
     for level in sorted(start, reverse=True):
         found[start_edges(mesh, start[level])] = level or UNKNOWN
     return found
+
+
+def mesh_of_start(
+    choices: Sequence[Callable[[], QuadMesh]], lines: Sequence[LineString]
+) -> Callable[[], QuadMesh]:
+    """Return the mesh on which an earlier design lies best, as a function that gives it.
+
+    Parameters
+    ----------
+    choices
+        Functions that make the candidate meshes.
+    lines
+        Streets of the earlier design, metres.
+
+    Raises
+    ------
+    MeshError
+        If none of the meshes can be made.
+    """
+    made: list[QuadMesh] = []
+    failure: MeshError | None = None
+    for make in choices:
+        try:
+            one = make()
+        except MeshError as error:
+            failure = error
+            continue
+        # meshes of different sizes may be the same: then the first, as in the earlier run
+        if not any(same_mesh(one, other) for other in made):
+            made.append(one)
+    if not made:
+        raise failure or MeshError("No candidate mesh could be made of the site.")
+    best = min(made, key=lambda mesh: mesh_misfit(mesh, lines))
+    return lambda: best
 
 
 def mesh_misfit(mesh: QuadMesh, lines: Sequence[LineString]) -> float:

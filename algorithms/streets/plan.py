@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from shapely.geometry import LineString
 
 from ..errors import CancelledError, InfeasibleError, InputError, MeshError, PlatwrightError
 from ..mesh import QuadMesh, subdivide
@@ -17,7 +16,7 @@ from ..progress import Deadline, Progress, Share, Silent
 from ..site.types import AccessPoint, BoundaryStreet, Site
 from .adopt import adopt_streets
 from .drawing import draw_plan
-from .earlier import check_start, mesh_misfit
+from .earlier import check_start, mesh_of_start
 from .fitting import GOOD_ENOUGH, edge_length, mesh_choices, plan_misfit, same_mesh
 from .given_levels import divide
 from .levels import LevelledNetwork, design_levels
@@ -287,7 +286,7 @@ def _best_plan(
     earlier = [line for own in wishes.start.values() for line in own] if wishes else []
     if wishes is not None and earlier:
         check_start(site, earlier, wishes.start_layer)
-        choices = [_mesh_of(choices, earlier)]
+        choices = [mesh_of_start(choices, earlier)]
     tried: list[QuadMesh] = []
     best: tuple[float, SitePlan] | None = None
     failure: MeshError | None = None
@@ -323,27 +322,6 @@ def _best_plan(
     if best is None:
         raise failure or MeshError(f"No candidate mesh could be made of {site.name}.")
     return best[1]
-
-
-def _mesh_of(
-    choices: Sequence[Callable[[], QuadMesh]], lines: Sequence[LineString]
-) -> Callable[[], QuadMesh]:
-    """Return the mesh on which an earlier design lies best, as a function that gives it."""
-    made: list[QuadMesh] = []
-    failure: MeshError | None = None
-    for make in choices:
-        try:
-            one = make()
-        except MeshError as error:
-            failure = error
-            continue
-        # meshes of different sizes may be the same: then the first, as in the earlier run
-        if not any(same_mesh(one, other) for other in made):
-            made.append(one)
-    if not made:
-        raise failure or MeshError("No candidate mesh could be made of the site.")
-    best = min(made, key=lambda mesh: mesh_misfit(mesh, lines))
-    return lambda: best
 
 
 def _met(mesh: QuadMesh, arrivals: Sequence[AccessPoint]) -> QuadMesh:

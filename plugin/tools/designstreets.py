@@ -17,7 +17,7 @@ from ..outputs import Result
 from ..progress import FeedbackProgress
 from ..request import Request
 from ..tool import Tool
-from . import functions, persite, rules, siteinputs
+from . import drawnstreets, functions, persite, rules, siteinputs
 from .designcheck import check_design
 from .validatenetwork import describe
 
@@ -250,9 +250,9 @@ def _wishes(
             required=[line for _, line in required.items()],
             forbidden=[shape for _, shape in shapes("FORBIDDEN", site.crs).items()],
             preferences=preferences(site),
-            start=functions.earlier_streets(given["START"], site.crs),
+            start=drawnstreets.earlier_streets(given["START"], site.crs),
             start_layer=request.name("START"),
-            **functions.given_streets(request, given["GIVEN"], site.crs),
+            **drawnstreets.given_streets(request, given["GIVEN"], site.crs),
             sink_ids=[feature for feature, _ in sinks.items()],
             required_ids=[feature for feature, _ in required.items()],
             sink_layer=request.name("SINKS"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from qgis.core import (
@@ -17,6 +17,7 @@ from ...algorithms.errors import InputError
 from .. import bridge, parameters
 from ..progress import FeedbackProgress
 from ..request import Request
+from .drawnstreets import single_shapes
 
 TRAFFIC = {
     "out of the site": ("out", "every street leads out of the site"),
@@ -270,15 +271,17 @@ def preferences(request: Request, progress: FeedbackProgress) -> Callable[[Any],
 
     def zones(key: str, crs: Any) -> list[Any]:
         values = fields[key]
-        return [Zone(shape, values[i], i) for i, shape in _shapes(frames[key], crs) if i in values]
+        return [
+            Zone(shape, values[i], i) for i, shape in single_shapes(frames[key], crs) if i in values
+        ]
 
     def of_site(site: Any) -> Any:
         return Preferences(
             density=zones("DENSITY", site.crs),
             prices=zones("PRICES", site.crs),
             elevation=None if raster is None else _heights(raster, request, site),
-            partition=[(shape, i) for i, shape in _shapes(frames["PARTITION"], site.crs)],
-            routes=[(line, i) for i, line in _shapes(frames["ROUTES"], site.crs)],
+            partition=[(shape, i) for i, shape in single_shapes(frames["PARTITION"], site.crs)],
+            routes=[(line, i) for i, line in single_shapes(frames["ROUTES"], site.crs)],
             density_layer=request.name("DENSITY"),
             price_layer=request.name("PRICES"),
             partition_layer=request.name("PARTITION"),
@@ -286,45 +289,6 @@ def preferences(request: Request, progress: FeedbackProgress) -> Callable[[Any],
         )
 
     return of_site
-
-
-def given_streets(request: Request, frame: Any, crs: Any) -> dict[str, Any]:
-    """Return the given streets by level as `Wishes` takes them.
-
-    Raises
-    ------
-    InputError
-        A level is none of 1 to 4; the text names the feature.
-    """
-    lines: dict[int, list[Any]] = {}
-    ids: dict[int, list[int]] = {}
-    # of an earlier design, what it designed
-    frame = with_status(frame, ("new", "given"))
-    for i, line in _shapes(frame, crs):
-        value = frame["level"].get(i) if "level" in frame.columns else None
-        level = "1" if value is None or value != value else str(value).removesuffix(".0")
-        if level not in ("1", "2", "3", "4"):
-            raise InputError(
-                f"Its level is {value}.",
-                "Give 1 (major), 2 (collector), 3 (local) or 4 (cul-de-sac) in the field level.",
-                layer=request.name("GIVEN"),
-                feature=i,
-            )
-        lines.setdefault(int(level), []).append(line)
-        ids.setdefault(int(level), []).append(i)
-    names = dict.fromkeys(lines, request.name("GIVEN"))
-    return {"given": lines, "given_ids": ids, "given_layers": names}
-
-
-def with_status(frame: Any, words: Sequence[str]) -> Any:
-    """Return the streets of an earlier design with these words as status.
-
-    Other layers may have a field of that name, too: where nothing has such a status, all counts.
-    """
-    if frame is None or "status" not in frame.columns:
-        return frame
-    own = frame["status"].isin(words)
-    return frame[own] if own.any() else frame
 
 
 def remarks(request: Request, specification: Any, progress: FeedbackProgress) -> None:
@@ -341,34 +305,6 @@ def remarks(request: Request, specification: Any, progress: FeedbackProgress) ->
             "No culs-de-sac are added: with a length budget or a junction spacing there are only "
             "streets that the program counts. Leave these empty, or take the rules of the paper."
         )
-
-
-def earlier_streets(frame: Any, crs: Any) -> dict[int, list[Any]]:
-    """Return the new streets of an earlier design by level, 0 where it is not told."""
-    if frame is None:
-        return {}
-    frame = with_status(frame, ("new",))
-    found: dict[int, list[Any]] = {}
-    for i, line in _shapes(frame, crs):
-        value = frame["level"].get(i) if "level" in frame.columns else None
-        known = value in (1, 2, 3, 4)
-        found.setdefault(int(value) if known else 0, []).append(line)
-    return found
-
-
-def _shapes(frame: Any, crs: Any) -> list[tuple[int, Any]]:
-    """Return feature ids and single geometries of a layer in a CRS; nothing where none is given."""
-    if frame is None:
-        return []
-    shapes = frame.geometry.copy()
-    areas = shapes.geom_type.isin(("Polygon", "MultiPolygon"))
-    torn = areas & ~shapes.is_valid
-    if torn.any():
-        shapes[torn] = shapes[torn].make_valid()
-    parts = shapes.to_crs(crs).explode(index_parts=False)
-    # a repaired area may come with lines
-    parts = parts[~(parts.isna() | parts.is_empty | (areas[parts.index] & (parts.area == 0)))]
-    return [(int(i), shape) for i, shape in parts.items()]
 
 
 def _values(request: Request, key: str, name: str, frame: Any) -> dict[int, float]:
