@@ -20,6 +20,15 @@ POLL = 0.05
 GRACE = 0.15
 #: Part of the value (and of 1) that the tolerances of HiGHS may be worth.
 TOLERANCE = 1e-6
+#: Options for whole numbers. Designs come from the search; and the smaller programs that HiGHS
+#: would solve to find some do not call back, so that they could not be stopped.
+WHOLE: dict[str, Any] = {
+    "mip_rel_gap": 0.0,
+    "mip_heuristic_effort": 0.0,
+    "mip_heuristic_run_rins": False,
+    "mip_heuristic_run_rens": False,
+    "mip_heuristic_run_root_reduced_cost": False,
+}
 
 
 class SparseModel(LinearModel):
@@ -214,9 +223,8 @@ class LpSolver:
         # smaller program as if they were those of the whole
         self._highs.clearSolver()
         change(kinds.kInteger, "choose")
-        # designs come from the search
-        self._highs.setOptionValue("mip_heuristic_effort", 0.0)
-        self._highs.setOptionValue("mip_rel_gap", 0.0)
+        for name, value in WHOLE.items():
+            self._highs.setOptionValue(name, value)
         ended = self._run(stop, note)
         note()
         if not ended:
