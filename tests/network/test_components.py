@@ -176,8 +176,8 @@ def breaks(index, cut) -> bool:
         model.add(parts <= 999)
     network.costs = []
     # that there is none is hard to prove where shares count: the search has to do then
-    limit = 60.0 if cut.share == 1 else 5.0
-    status = run_cp(network, CpOptions(limit, first_only=True)).status
+    effort = 60.0 if cut.share == 1 else 5.0
+    status = run_cp(network, CpOptions(600.0, effort=effort, first_only=True)).status
     assert status != "unknown" or cut.share < 1
     return status in ("optimal", "feasible")
 
