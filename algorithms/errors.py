@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .network.whynot import Diagnosis
+    from .network.why.whynot import Diagnosis
 
 
 class PlatwrightError(Exception):
@@ -64,7 +64,7 @@ class InfeasibleError(PlatwrightError):
     text
         Why, in sentences.
     diagnosis
-        The same as data, with places for a map (`network.whynot.Diagnosis`), or None where no
+        The same as data, with places for a map (`network.why.whynot.Diagnosis`), or None where no
         design was found in time and none is proven impossible.
     """
 

@@ -63,8 +63,8 @@ def value_at(history: tuple[tuple[float, float], ...], seconds: float) -> float:
 def run_ours(problem: Any, options: argparse.Namespace) -> dict[str, Any]:
     """Solve a problem and check the design."""
     from platwright.errors import InfeasibleError
+    from platwright.network.checks.validation import check_design
     from platwright.network.solve import solve
-    from platwright.network.validation import check_design
 
     try:
         design = solve(
@@ -96,8 +96,8 @@ def run_ours(problem: Any, options: argparse.Namespace) -> dict[str, Any]:
 def run_reference(problem: Any, options: argparse.Namespace) -> dict[str, float]:
     """Give the paper's own model to HiGHS for the same time."""
     from platwright.network.evaluate import Evaluator
-    from platwright.network.reference import reference_model
-    from platwright.network.solvers import solve_mip
+    from platwright.network.mip.reference import reference_model
+    from platwright.network.mip.solvers import solve_mip
     from platwright.network.structure import structure
 
     began = time.monotonic()

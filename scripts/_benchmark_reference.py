@@ -23,16 +23,16 @@ import geopandas as gpd
 import numpy as np
 import pyogrio
 from platwright.errors import InfeasibleError, PlatwrightError
-from platwright.network import ortools_access
+from platwright.network.checks.validation import check_design
+from platwright.network.cp import ortools_access
 from platwright.network.evaluate import Evaluator
-from platwright.network.model import NetworkModel, flow_model
+from platwright.network.mip.model import NetworkModel, flow_model
+from platwright.network.mip.reference import reference_model
+from platwright.network.mip.solvers import solve_mip
 from platwright.network.problem import NetworkProblem
-from platwright.network.reference import reference_model
 from platwright.network.solve import solve
-from platwright.network.solvers import solve_mip
 from platwright.network.specification import Specification
 from platwright.network.structure import Structure, structure
-from platwright.network.validation import check_design
 from platwright.site import prepare_sites
 from platwright.streets import arriving_streets, site_mesh, survey
 from platwright.streets.adopt import adopt_streets

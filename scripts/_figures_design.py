@@ -16,13 +16,13 @@ import numpy as np
 import shapely
 from platwright.measure import validate_network
 from platwright.mesh.grids import grid
+from platwright.network.checks.validation import check_design, design_cost, design_distances
 from platwright.network.examples import paper_problem
 from platwright.network.partition import patches, point_to_point
 from platwright.network.problem import Design, NetworkProblem
 from platwright.network.requirements.links import Link
 from platwright.network.solve import solve
 from platwright.network.specification import Specification
-from platwright.network.validation import check_design, design_cost, design_distances
 from platwright.site import prepare_sites, site_layers
 from platwright.streets import Preferences, StreetPlan, Wishes, design_streets, plan_layers
 from shapely.geometry import LineString, Polygon

@@ -8,16 +8,16 @@ import numpy as np
 
 from ..errors import CancelledError, InfeasibleError
 from ..progress import Deadline, Progress
-from . import ortools_access
-from .cpmodel import cost_grain
+from .cp import ortools_access
+from .cp.model import cost_grain
 from .evaluate import Evaluator
 from .incumbent import Incumbent, patience
-from .mipstrategy import solve_by_mip
+from .mip.solvers import check_solver
 from .problem import BoolArray, Design, NetworkProblem
-from .solvers import check_solver
-from .strategies import TOO_EARLY, no_design_yet, solve_by_cp
+from .search.cp_strategy import TOO_EARLY, no_design_yet, solve_by_cp
+from .search.mip_strategy import solve_by_mip
 from .structure import Structure, structure
-from .whynot import diagnose
+from .why.whynot import diagnose
 
 
 def solve(

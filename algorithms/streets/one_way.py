@@ -11,7 +11,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 from shapely.geometry import LineString
 
-from ..network.orientation import orient
+from ..network.oneway.orientation import orient
 from ..network.problem import BoolArray, IntArray, NetworkProblem
 from ..network.specification import Specification
 from ..progress import Progress

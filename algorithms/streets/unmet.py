@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import shapely
 
 from ..mesh import QuadMesh
-from ..network.validation_facts import Violation, facts_of
-from ..network.validation_requirements import check_requirements
+from ..network.checks.facts import Violation, facts_of
+from ..network.checks.requirements import check_requirements
 from .levels import LevelledNetwork
 
 #: What is wrong, for a planner, by the kind of requirement.

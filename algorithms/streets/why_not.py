@@ -10,7 +10,7 @@ import shapely
 from ..errors import InfeasibleError
 from ..mesh import QuadMesh
 from ..network.problem import NetworkProblem
-from ..network.whynot import Diagnosis
+from ..network.why.whynot import Diagnosis
 
 #: No more than so many places are told of one reason.
 MOST = 100

@@ -24,6 +24,9 @@ MAY_IMPORT = {
     "measure": {"site"},
 }
 COMMON = {"errors", "progress"}
+#: The same for the rooms inside `network`, those on the left first; files beside them that only
+#: say what is asked (`problem`, `structure`...) are everyone's.
+NETWORK = ("oneway", "cuts", "cp", "requirements", "mip", "bounds", "checks", "search", "why")
 #: Packages that the library may use; they are declared in pyproject.toml.
 DECLARED = {
     "geopandas", "highspy", "networkx", "numpy", "ortools", "pandas", "pulp", "pyproj", "scipy",
@@ -42,6 +45,16 @@ def imports(path: Path) -> Iterator[tuple[ast.AST, int, str]]:
             base = node.module or ""
             names = [base] if base else [alias.name for alias in node.names]
             yield from ((node, node.level, name) for name in names)
+
+
+def for_types_only(path: Path) -> set[int]:
+    """Return the lines of a file that only a type checker reads."""
+    return {
+        line
+        for node in ast.walk(tree(path))
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+        for line in range(node.lineno, (node.end_lineno or node.lineno) + 1)
+    }
 
 
 def target(path: Path, level: int, name: str) -> tuple[str, ...]:
@@ -99,6 +112,24 @@ def test_rooms_import_only_leftwards():
             to = parts[1] if len(parts) > 1 else ""
             if to not in {room, *MAY_IMPORT[room], *COMMON}:
                 wrong.append(f"{place(path, node)} imports {to or 'the package itself'}")
+    assert not wrong, ", ".join(wrong)
+
+
+def test_rooms_of_the_network_import_only_leftwards():
+    folder = ROOT / "algorithms" / "network"
+    rooms = {path.parent.name for path in folder.rglob("*.py") if path.parent != folder}
+    assert rooms == set(NETWORK)
+    wrong = []
+    for path in python_files("algorithms/network"):
+        room = path.relative_to(folder).parts[0]
+        skip = for_types_only(path)
+        for node, level, name in imports(path):
+            parts = target(path, level, name) if level else ()
+            if room not in rooms or len(parts) < 3 or parts[1] != "network":
+                continue
+            later = NETWORK[NETWORK.index(room) + 1 :]
+            if parts[2] in later and node.lineno not in skip:
+                wrong.append(f"{place(path, node)} imports {parts[2]}")
     assert not wrong, ", ".join(wrong)
 
 

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from platwright.mesh.grids import fan, grid
-from platwright.network.balls import ball_cuts
-from platwright.network.cpmodel import CpNetwork
-from platwright.network.cpsat import CpOptions, full_network, run_cp
+from platwright.network.cp.model import CpNetwork
+from platwright.network.cp.sat import CpOptions, full_network, run_cp
+from platwright.network.cuts.balls import ball_cuts
 from platwright.network.evaluate import Evaluator
 from platwright.network.examples import paper_problem
 from platwright.network.structure import structure

@@ -8,16 +8,16 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from platwright.mesh.grids import fan, grid
-from platwright.network.bounding import packing_bound
-from platwright.network.components import Region, Regions, cover_cut, region_of
-from platwright.network.connection import Connector
-from platwright.network.cpmodel import CpNetwork
-from platwright.network.cpsat import CpOptions, full_network, run_cp
-from platwright.network.detours import detours
+from platwright.network.bounds.beside import packing_bound
+from platwright.network.bounds.detours import detours
+from platwright.network.bounds.relaxation import Relaxation, raise_by_rounds
+from platwright.network.cp.model import CpNetwork
+from platwright.network.cp.sat import CpOptions, full_network, run_cp
+from platwright.network.cuts.components import Region, Regions, cover_cut, region_of
+from platwright.network.cuts.connection import Connector
+from platwright.network.cuts.separation import Point, Separator
 from platwright.network.evaluate import Evaluator
 from platwright.network.examples import paper_problem
-from platwright.network.relaxation import Relaxation, raise_by_rounds
-from platwright.network.separation import Point, Separator
 from platwright.network.structure import structure
 
 INF = math.inf

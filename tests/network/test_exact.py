@@ -9,18 +9,18 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from platwright.errors import InfeasibleError
 from platwright.mesh.grids import grid
-from platwright.network import cpconnect
-from platwright.network.cpsat import CpOptions, full_network, run_cp
+from platwright.network.checks.validation import check_design, design_cost
+from platwright.network.cp import connect
+from platwright.network.cp.sat import CpOptions, full_network, run_cp
 from platwright.network.evaluate import Evaluator
 from platwright.network.examples import paper_problem
 from platwright.network.incumbent import TOLERANCE, Incumbent
-from platwright.network.model import flow_model
-from platwright.network.reference import reference_model
+from platwright.network.mip.model import flow_model
+from platwright.network.mip.reference import reference_model
+from platwright.network.mip.solvers import solve_mip
+from platwright.network.search.cp_strategy import whole_problem
 from platwright.network.solve import solve
-from platwright.network.solvers import solve_mip
-from platwright.network.strategies import whole_problem
 from platwright.network.structure import structure
-from platwright.network.validation import check_design, design_cost
 from platwright.progress import Deadline
 
 FEW = settings(
@@ -169,7 +169,7 @@ def test_rounded_costs_lose_less_than_the_tolerance(weight):
 
 def test_a_bound_that_lost_too_much_proves_nothing(monkeypatch):
     # as coarse as this, rounding hides differences: the run must not call it an optimum
-    monkeypatch.setattr(cpconnect, "FINEST_LENGTH", 2)
+    monkeypatch.setattr(connect, "FINEST_LENGTH", 2)
     problem = small_weight(1.0, 0.0)
     run = Incumbent(Evaluator(problem), Deadline(30.0))
     assert whole_problem(run, structure(problem), 1, None) == "optimal"

@@ -8,18 +8,18 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from platwright.errors import InfeasibleError
-from platwright.network.cpsat import CpOptions, full_network, run_cp
+from platwright.network.checks.validation import check_design, design_cost
+from platwright.network.cp.sat import CpOptions, full_network, run_cp
 from platwright.network.evaluate import Evaluator
-from platwright.network.model import flow_model
+from platwright.network.mip.model import flow_model
+from platwright.network.mip.solvers import solve_mip
 from platwright.network.requirements.budget import LengthBudget
 from platwright.network.requirements.exits import ExitCount
 from platwright.network.requirements.reach import MaxDistance
 from platwright.network.requirements.spacing import junction_spacing
+from platwright.network.search.windows import Windows, solve_window
 from platwright.network.solve import solve
-from platwright.network.solvers import solve_mip
 from platwright.network.structure import structure
-from platwright.network.validation import check_design, design_cost
-from platwright.network.windows import Windows, solve_window
 
 INF = math.inf
 FEW = settings(

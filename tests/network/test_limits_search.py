@@ -8,21 +8,21 @@ import numpy as np
 import pytest
 from platwright.errors import InputError
 from platwright.mesh.grids import grid
-from platwright.network import windows
-from platwright.network.chords import chord_start
-from platwright.network.cpsat import CpOptions
+from platwright.network.checks.validation import check_design
+from platwright.network.cp.sat import CpOptions
 from platwright.network.evaluate import Evaluator
 from platwright.network.examples import paper_problem
 from platwright.network.incumbent import Incumbent
-from platwright.network.mipstrategy import straight_start
-from platwright.network.repair import repair, repaired_start
 from platwright.network.requirements.budget import LengthBudget
 from platwright.network.requirements.exits import ExitCount
 from platwright.network.requirements.reach import MaxDistance
 from platwright.network.requirements.spacing import junction_spacing
+from platwright.network.search import windows
+from platwright.network.search.chords import chord_start
+from platwright.network.search.mip_strategy import straight_start
+from platwright.network.search.repair import repair, repaired_start
 from platwright.network.solve import solve
 from platwright.network.structure import sink_distance, structure
-from platwright.network.validation import check_design
 from platwright.progress import Deadline
 
 INF = math.inf

@@ -10,23 +10,23 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from platwright.errors import InfeasibleError, InputError
 from platwright.mesh.grids import grid
-from platwright.network import reference_links
-from platwright.network.chords import chord_start
-from platwright.network.cpsat import CpOptions, full_network, run_cp
+from platwright.network.checks.validation import check_design, design_cost
+from platwright.network.cp.sat import CpOptions, full_network, run_cp
 from platwright.network.evaluate import Evaluator, evaluate
 from platwright.network.examples import paper_problem
-from platwright.network.model import flow_model
+from platwright.network.mip import reference_links
+from platwright.network.mip.model import flow_model
+from platwright.network.mip.reference import reference_model
+from platwright.network.mip.reference_links import list_paths
+from platwright.network.mip.solvers import solve_mip
 from platwright.network.partition import patches, point_to_point, through_route
-from platwright.network.reference import reference_model
-from platwright.network.reference_links import list_paths
 from platwright.network.requirements.base import View
 from platwright.network.requirements.linkrepair import repair
 from platwright.network.requirements.links import Link
+from platwright.network.search.chords import chord_start
+from platwright.network.search.windows import Windows, solve_window
 from platwright.network.solve import solve
-from platwright.network.solvers import solve_mip
 from platwright.network.structure import structure
-from platwright.network.validation import check_design, design_cost
-from platwright.network.windows import Windows, solve_window
 
 INF = math.inf
 FEW = settings(

@@ -12,21 +12,21 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from platwright.errors import InputError
 from platwright.mesh.grids import grid
-from platwright.network.bridges import bridges, design_bridges
-from platwright.network.cpsat import CpOptions, full_network, run_cp
+from platwright.network.checks.oneway import check_directions
+from platwright.network.checks.validation import check_design, design_cost
+from platwright.network.cp.sat import CpOptions, full_network, run_cp
 from platwright.network.evaluate import Evaluator
 from platwright.network.examples import PAPER_MESHES, paper_problem
-from platwright.network.model import flow_model
-from platwright.network.orientation import orient
+from platwright.network.mip.model import flow_model
+from platwright.network.mip.solvers import solve_mip
+from platwright.network.oneway.bridges import bridges, design_bridges
+from platwright.network.oneway.orientation import orient
 from platwright.network.requirements.twoways import TwoWays
 from platwright.network.requirements.twowayscp import _shorten
 from platwright.network.rules import straight_continuations
+from platwright.network.search.windows import Windows, solve_window
 from platwright.network.solve import solve
-from platwright.network.solvers import solve_mip
 from platwright.network.structure import sink_distance, structure
-from platwright.network.validation import check_design, design_cost
-from platwright.network.validation_oneway import check_directions
-from platwright.network.windows import Windows, solve_window
 from platwright.progress import Silent
 
 INF = math.inf

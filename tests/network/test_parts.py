@@ -6,14 +6,14 @@ import math
 import numpy as np
 import pytest
 from platwright.mesh.grids import fan, grid
-from platwright.network.chords import chord_start, chords
-from platwright.network.cpmodel import whole, whole_scale
+from platwright.network.checks.validation import check_design
+from platwright.network.cp.model import whole, whole_scale
 from platwright.network.evaluate import evaluate
 from platwright.network.examples import hop_ball, paper_problem
 from platwright.network.local import close_pairs, fold, rule_terms, t_junctions, zigzag_triples
 from platwright.network.problem import Clause, Pattern
+from platwright.network.search.chords import chord_start, chords
 from platwright.network.structure import structure
-from platwright.network.validation import check_design
 
 INF = math.inf
 

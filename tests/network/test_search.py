@@ -8,17 +8,17 @@ import time
 import numpy as np
 import pytest
 from platwright.mesh.grids import fan, grid
-from platwright.network import strategies
+from platwright.network.checks.validation import check_design
 from platwright.network.evaluate import Evaluator
 from platwright.network.examples import PAPER_MESHES, cut_grid, paper_problem
 from platwright.network.incumbent import Incumbent
-from platwright.network.parallel import Course, Crew
-from platwright.network.search import WindowSearch
+from platwright.network.search import cp_strategy
+from platwright.network.search.parallel import Course, Crew
+from platwright.network.search.starts import Lines, chains, connected, first_design, prune
+from platwright.network.search.window_search import WindowSearch
+from platwright.network.search.windows import Windows
 from platwright.network.solve import solve
-from platwright.network.starts import Lines, chains, connected, first_design, prune
 from platwright.network.structure import structure
-from platwright.network.validation import check_design
-from platwright.network.windows import Windows
 from platwright.progress import Deadline, Silent
 
 INF = math.inf
@@ -128,7 +128,7 @@ def test_same_seed_and_iterations_give_the_same_design(scenario, weight, monkeyp
     problem = paper_problem(grid(10, 9), scenario, weight_distance=weight)
     found = []
     for threads, pause in ((1, 0.0), (2, 0.02)):
-        monkeypatch.setattr(strategies, "THREADS", threads)
+        monkeypatch.setattr(cp_strategy, "THREADS", threads)
         # another timing must not make another design
         progress = Slow(pause)
         found.append(solve(problem, time_limit=200, seed=3, iterations=5, progress=progress))

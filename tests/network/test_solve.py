@@ -13,17 +13,18 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from platwright.errors import CancelledError, InfeasibleError, InputError, MissingDependencyError
 from platwright.mesh.grids import grid
-from platwright.network import mipstrategy, ortools_access, strategies
-from platwright.network.cpsat import full_network
+from platwright.network.checks.validation import check_design, design_cost, design_distances
+from platwright.network.cp import ortools_access
+from platwright.network.cp.sat import full_network
 from platwright.network.evaluate import Evaluator
 from platwright.network.examples import PAPER_MESHES, paper_problem
 from platwright.network.incumbent import Incumbent
-from platwright.network.model import flow_model
+from platwright.network.mip.model import flow_model
+from platwright.network.mip.solvers import solve_mip, solver_names
 from platwright.network.problem import Clause
+from platwright.network.search import cp_strategy, mip_strategy
 from platwright.network.solve import solve
-from platwright.network.solvers import solve_mip, solver_names
 from platwright.network.structure import structure
-from platwright.network.validation import check_design, design_cost, design_distances
 from platwright.progress import Deadline, Silent
 
 #: A cancel is answered within a second; a machine that does other things may double that.
@@ -171,8 +172,8 @@ def failing_bound(monkeypatch):
     def fail(*_, **__):
         raise MemoryError("no room for the proof")
 
-    monkeypatch.setattr(strategies, "bound_beside", fail)
-    monkeypatch.setattr(mipstrategy, "mip_bound", fail)
+    monkeypatch.setattr(cp_strategy, "bound_beside", fail)
+    monkeypatch.setattr(mip_strategy, "mip_bound", fail)
 
 
 @pytest.mark.usefixtures("failing_bound")

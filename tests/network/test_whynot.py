@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 from platwright.errors import InfeasibleError
 from platwright.mesh.grids import fan, grid
-from platwright.network.conflicts import find_conflicts
+from platwright.network.checks.validation import design_cost
 from platwright.network.evaluate import Evaluator
 from platwright.network.examples import PAPER_MESHES, paper_problem
-from platwright.network.groups import broken_groups, hard_groups, regroup
 from platwright.network.problem import Clause, Pattern
-from platwright.network.reasons import find_reasons
 from platwright.network.requirements.links import Link
 from platwright.network.requirements.twoways import TwoWays
 from platwright.network.solve import solve
-from platwright.network.validation import design_cost
-from platwright.network.whynot import diagnose
+from platwright.network.why.conflicts import find_conflicts
+from platwright.network.why.groups import broken_groups, hard_groups, regroup
+from platwright.network.why.reasons import find_reasons
+from platwright.network.why.whynot import diagnose
 from platwright.progress import Silent
 
 INF = math.inf

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from platwright.errors import CancelledError, InputError
 from platwright.measure import measure_plan, validate_network
 from platwright.mesh.grids import grid
+from platwright.network.checks.validation import check_design
 from platwright.network.specification import FORBID, Specification
-from platwright.network.validation import check_design
 from platwright.progress import Silent
 from platwright.site import AccessPoint, BoundaryStreet
 from platwright.streets import Wishes, design_streets, plan_layers, sink_places, survey

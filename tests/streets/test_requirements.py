@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import shapely
 from platwright.errors import InputError
+from platwright.network.checks.validation import check_design
 from platwright.network.requirements.base import View
 from platwright.network.specification import Specification
-from platwright.network.validation import check_design
 from platwright.streets import Preferences, StreetPlan, Wishes, design_streets, plan_layers
 from shapely.geometry import LineString
 

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 from ..structure import sink_distance
 
 if TYPE_CHECKING:
-    from ..cpmodel import CpNetwork
-    from ..model import NetworkModel
+    from ..cp.model import CpNetwork
+    from ..mip.model import NetworkModel
     from ..problem import BoolArray, FloatArray, NetworkProblem
 
 

@@ -21,8 +21,8 @@ from .units import (
 )
 
 if TYPE_CHECKING:
-    from ..cpmodel import CpNetwork
-    from ..model import NetworkModel
+    from ..cp.model import CpNetwork
+    from ..mip.model import NetworkModel
     from ..problem import FloatArray, IntArray
     from .base import View
 

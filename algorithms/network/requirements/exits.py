@@ -15,8 +15,8 @@ from .base import Requirement
 from .units import check_penalty, touched_vertices
 
 if TYPE_CHECKING:
-    from ..cpmodel import CpNetwork, Literal
-    from ..model import NetworkModel
+    from ..cp.model import CpNetwork, Literal
+    from ..mip.model import NetworkModel
     from ..problem import NetworkProblem
     from .base import View
 

@@ -20,8 +20,8 @@ from .corridor import Corridor, corridor
 from .pathflow import Arc, Arcs, arcs_of, whole_excess
 
 if TYPE_CHECKING:
-    from ..cpmodel import CpNetwork, Literal
-    from ..model import NetworkModel
+    from ..cp.model import CpNetwork, Literal
+    from ..mip.model import NetworkModel
     from ..problem import BoolArray, NetworkProblem
 
 

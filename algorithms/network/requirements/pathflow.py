@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Optional
 
-from ..cpmodel import FINEST, whole_scale
+from ..cp.model import FINEST, whole_scale
 from .corridor import Corridor, Step, distances
 
 #: Edge and the vertex that it leads to.

@@ -16,8 +16,8 @@ from .reachways import Ways, known_ways, whole_distance, whole_lengths
 from .units import MILLIONTHS, check_number, check_penalty, touched_vertices, whole_limit
 
 if TYPE_CHECKING:
-    from ..cpmodel import CpNetwork
-    from ..model import NetworkModel
+    from ..cp.model import CpNetwork
+    from ..mip.model import NetworkModel
     from ..problem import BoolArray, NetworkProblem
     from .base import View
 

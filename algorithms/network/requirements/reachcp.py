@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..cpconnect import absent
+from ..cp.connect import absent
 from .reachways import Ways, known_ways, whole_distance, whole_lengths
 from .units import touched_vertices
 
 if TYPE_CHECKING:
-    from ..cpmodel import CpNetwork, Literal
+    from ..cp.model import CpNetwork, Literal
     from ..problem import BoolArray, IntArray
 
 

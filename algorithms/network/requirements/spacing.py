@@ -25,8 +25,8 @@ from .units import (
 )
 
 if TYPE_CHECKING:
-    from ..cpmodel import CpNetwork, Literal
-    from ..model import NetworkModel
+    from ..cp.model import CpNetwork, Literal
+    from ..mip.model import NetworkModel
     from ..problem import BoolArray, FloatArray, IntArray, NetworkProblem
     from .base import View
 

@@ -3,7 +3,7 @@
 CND (section 7) leaves one-way streets open: its networks are connected to the sinks, not
 strongly connected. By Robbins' theorem directions exist for which every vertex reaches a sink
 and is reached from one exactly where no chosen edge is a bridge of the merged graph; see
-`network/bridges.py`, and `network/orientation.py` for the directions.
+`network/oneway/bridges.py`, and `network/oneway/orientation.py` for the directions.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from collections import defaultdict
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from ..bridges import design_bridges, merged_nodes
+from ..oneway.bridges import design_bridges, merged_nodes
 from .base import Requirement, View
 from .twowayscp import add_two_ways
 
 if TYPE_CHECKING:
-    from ..cpmodel import CpNetwork
-    from ..model import NetworkModel
+    from ..cp.model import CpNetwork
+    from ..mip.model import NetworkModel
     from ..problem import NetworkProblem
 
 
@@ -47,7 +47,7 @@ class TwoWays(Requirement):
         """Give every edge a direction and every active node a way out and a way in.
 
         Edges that remain two-way are the bridges. Both ways follow ranks, as connection does
-        (`cpconnect.add_ranks`); see `twowayscp`.
+        (`cp.connect.add_ranks`); see `twowayscp`.
         """
         add_two_ways(network, self.penalty)
 

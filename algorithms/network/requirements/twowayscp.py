@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
 
-from ..bridges import bridges, merged_nodes, robbins
+from ..oneway.bridges import bridges, merged_nodes, robbins
 
 if TYPE_CHECKING:
-    from ..cpmodel import CpNetwork, Literal
+    from ..cp.model import CpNetwork, Literal
     from ..problem import BoolArray
 
 

@@ -1,0 +1,1 @@
+"""Lower bounds, proven while a search runs."""

@@ -1,0 +1,1 @@
+"""Designs judged by code that shares nothing with models and search."""

@@ -1,0 +1,1 @@
+"""Network problems, whole or by windows, as models of CP-SAT."""

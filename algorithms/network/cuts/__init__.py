@@ -1,0 +1,1 @@
+"""Valid inequalities: what every design satisfies and no relaxation does by itself."""

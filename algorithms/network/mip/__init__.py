@@ -1,0 +1,1 @@
+"""Network problems as mixed-integer programs: ours, the paper's, and the solvers behind PuLP."""

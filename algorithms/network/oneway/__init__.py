@@ -1,0 +1,1 @@
+"""One-way streets: bridges, and directions in which every place stays within reach."""

@@ -1,0 +1,1 @@
+"""Finding designs: first ones at once, better ones window by window."""
