@@ -13,14 +13,15 @@ from platwright.network.cp.sat import CpOptions
 from platwright.network.evaluate import Evaluator
 from platwright.network.examples import paper_problem
 from platwright.network.incumbent import Incumbent
+from platwright.network.partition import patches, point_to_point
 from platwright.network.requirements.budget import LengthBudget
 from platwright.network.requirements.exits import ExitCount
 from platwright.network.requirements.reach import MaxDistance
 from platwright.network.requirements.spacing import junction_spacing
 from platwright.network.search import windows
 from platwright.network.search.chords import chord_start
-from platwright.network.search.mip_strategy import straight_start
-from platwright.network.search.repair import repair, repaired_start
+from platwright.network.search.repair import repair, repaired_starts
+from platwright.network.search.starts import first_design
 from platwright.network.solve import solve
 from platwright.network.structure import sink_distance, structure
 from platwright.progress import Deadline
@@ -153,8 +154,27 @@ def test_a_start_without_limits_is_repaired(kind):
     assert repair(run, start, 1)
     assert not [v for v in check_design(evaluator.problem, run.best) if v.hard]
     again = Incumbent(evaluator, Deadline(60.0))
-    assert repaired_start(again, 1, straight_start)
-    assert np.array_equal(again.best, run.best)
+    repaired_starts(again, structure(evaluator.problem), 1)
+    assert again.best is not None
+    assert not [v for v in check_design(evaluator.problem, again.best) if v.hard]
+
+
+@pytest.mark.parametrize("sinks", ["boundary", "inner"])
+def test_links_are_mended_at_once(sinks):
+    plain = paper_problem(grid(10, 10), sinks, weight_length=0.0, weight_distance=1.0)
+    links = tuple(point_to_point(plain, patches(plain.mesh, 16.0), tolerance=2.0))
+    problem = dataclasses.replace(plain, requirements=links)
+    evaluator = Evaluator(problem)
+    run = Incumbent(evaluator, Deadline(60.0))
+    found = repaired_starts(run, structure(problem), 1)
+    assert run.best is not None
+    for active in [*found, run.best]:
+        assert not [v for v in check_design(problem, active) if v.hard]
+    # what they started from does not keep the links
+    bare = Incumbent(Evaluator(plain), Deadline(60.0))
+    assert any(
+        not math.isfinite(evaluator.objective(a)) for a in first_design(bare, structure(plain))
+    )
 
 
 def test_repair_gives_up_on_what_cannot_be():

@@ -1,6 +1,7 @@
 """Starts for any sinks, windows in parallel, and runs that do not depend on timing."""
 
 import dataclasses
+import itertools
 import math
 import threading
 import time
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from platwright.mesh.grids import fan, grid
 from platwright.network.checks.validation import check_design
+from platwright.network.cp.sat import CpOptions
 from platwright.network.evaluate import Evaluator
 from platwright.network.examples import PAPER_MESHES, cut_grid, paper_problem
 from platwright.network.incumbent import Incumbent
@@ -16,7 +18,7 @@ from platwright.network.search import cp_strategy
 from platwright.network.search.parallel import Course, Crew
 from platwright.network.search.starts import Lines, chains, connected, first_design, prune
 from platwright.network.search.window_search import WindowSearch
-from platwright.network.search.windows import Windows
+from platwright.network.search.windows import Windows, solve_window
 from platwright.network.solve import solve
 from platwright.network.structure import structure
 from platwright.progress import Deadline, Silent
@@ -162,6 +164,35 @@ def test_results_do_not_depend_on_the_number_of_threads():
         assert search.value == pytest.approx(evaluator.objective(search.active))
     np.testing.assert_array_equal(*ends)
     assert evaluator.objective(ends[0]) < evaluator.objective(start)
+
+
+def test_windows_with_least_distances_are_valid_and_exact_in_what_they_count():
+    problem = paper_problem(grid(6, 6), "one sink", weight_length=1.0, weight_distance=1.0)
+    index, evaluator = structure(problem), Evaluator(problem)
+    far = np.array(index.reach)
+
+    def counted(active):
+        ends = np.unique(problem.mesh.edges[active])
+        off = ~problem.sinks[ends] & ~np.array(index.street)[ends]
+        return float(active.sum()) + float(far[ends[off]].sum())
+
+    windows, rng = Windows(index), np.random.default_rng(3)
+    active, least = started(problem).best, []
+    for _ in range(12):
+        free = windows.around(int(rng.integers(len(problem.sinks))), 2)
+        free = sorted(rng.permutation(free)[:9].tolist())
+        found, _ = solve_window(windows, free, active, CpOptions(30), distances="least")
+        assert valid(problem, found)
+        options = []
+        for bits in itertools.product((False, True), repeat=len(free)):
+            option = active.copy()
+            option[free] = bits
+            if math.isfinite(evaluator.objective(option)):
+                options.append(counted(option))
+        assert counted(found) == pytest.approx(min(options))
+        least.append(counted(active) - counted(found))
+        active = found
+    assert max(least) > 0
 
 
 def test_a_crew_that_stops_leaves_no_work_behind():

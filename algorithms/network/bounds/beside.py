@@ -40,7 +40,6 @@ def bound_beside(run: Incumbent, index: Structure, seed: int) -> None:
     on problems that are small enough for it.
     """
     size = len(index.edges)
-    run.raise_bound(packing_bound(index))
     if size > LARGEST:
         return
     relaxation = Relaxation(index, run.wanted_beside())

@@ -10,13 +10,13 @@ from typing import Optional
 import numpy as np
 
 from ...errors import CancelledError, InfeasibleError
-from ..bounds.beside import LARGEST, bound_beside, bounded_network
+from ..bounds.beside import LARGEST, bound_beside, bounded_network, packing_bound
 from ..cp.sat import CpOptions, full_network, run_cp
 from ..incumbent import Companion, Incumbent
 from ..problem import BoolArray
 from ..structure import Structure
 from .parallel import Course, Crew
-from .repair import repaired_start
+from .repair import has_links, repaired_starts
 from .starts import first_design
 from .window_search import WindowSearch
 from .windows import Windows
@@ -32,9 +32,9 @@ FIRST_EFFORT = 0.4
 #: Threads that solve windows, until the proof of a bound begins beside them.
 THREADS = 2
 #: Seconds, and share of the time, in which the search has all threads to itself.
-ALONE, ALONE_SHARE = 2.0, 0.25
+ALONE, ALONE_SHARE = 5.0, 0.5
 #: Effort per window with which searches after the first begin.
-LATER_EFFORT = 0.25
+LATER_EFFORT = 0.1
 
 
 def no_design_yet(run: Incumbent) -> Exception:
@@ -45,6 +45,17 @@ def no_design_yet(run: Incumbent) -> Exception:
         f"No street network was found in {run.deadline.elapsed:.0f} s, and none was proven "
         "impossible. Allow more time, a larger coverage range or dead ends."
     )
+
+
+def first_designs(run: Incumbent, index: Structure, seed: int) -> list[BoolArray]:
+    """Find valid designs by straight lines, if there are any; return them, best first."""
+    starts: list[BoolArray] = []
+    if run.best is None:
+        # where links are asked for, designs that were made without them and mended are better
+        starts = repaired_starts(run, index, seed) if has_links(index.problem) else []
+        starts = starts or first_design(run, index)
+    run.report()
+    return starts or repaired_starts(run, index, seed)
 
 
 def first_start(run: Incumbent, index: Structure, seed: int) -> bool:
@@ -162,12 +173,7 @@ def solve_by_cp(
     run: Incumbent, index: Structure, seed: int, iterations: Optional[int] = None
 ) -> bool:
     """Run start, improvement and bound; return False if there is no valid design."""
-    starts: list[BoolArray] = []
-    if run.best is None:
-        starts = first_design(run, index)
-    run.report()
-    if run.best is None and any(r.hard for r in index.problem.requirements):
-        repaired_start(run, seed, first_design)
+    starts = first_designs(run, index, seed)
     if run.best is None and not first_start(run, index, seed):
         return False
     if run.best is None:
@@ -178,6 +184,8 @@ def solve_by_cp(
         whole_problem(run, index, seed, TRIAL)
     if run.enough():
         return True
+    # at once, since the proof of a better one begins later
+    run.raise_bound(packing_bound(index))
     with run.beside(lambda: bound_beside(run, index, seed), later=True) as beside:
         window_search(run, index, seed, iterations=iterations, beside=beside, starts=starts)
     return math.isfinite(run.value)

@@ -18,7 +18,7 @@ from .windows import Windows, solve_window
 POLL = 0.04
 #: Windows in flight. Window i is cut from the design after the results of all windows up to
 #: i - LAG, whatever the number of threads: that keeps runs with the same seed the same.
-LAG = 3
+LAG = 4
 
 Result = tuple[Optional[BoolArray], float]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,10 @@ from ..evaluate import Evaluator
 from ..incumbent import Incumbent
 from ..problem import BoolArray, NetworkProblem
 from ..requirements.base import View
+from ..requirements.linkrepair import repair as repair_links
+from ..requirements.links import Link
 from ..structure import Structure, structure
+from .starts import prune, straight_designs
 from .windows import Windows, solve_window
 
 #: Radii of windows, in edges, that are tried in turn where the smaller ones do not help.
@@ -23,6 +25,9 @@ RADII = (4, 5, 6, 7)
 LEAST, MOST = 6.0, 40.0
 #: Effort of one window, in CP-SAT's deterministic units.
 EFFORT = 0.1
+#: How far, in edges, a window reaches beyond what repaired links broke, and in how many designs
+#: that is tried, those with the fewest broken places first.
+REACHES, DESIGNS = (2, 3, 4), 2
 
 
 def softened(problem: NetworkProblem, price: float) -> NetworkProblem:
@@ -52,33 +57,90 @@ def price_of(problem: NetworkProblem, active: BoolArray) -> float:
     return max(1.0, 10.0 * found.objective / max(1, int(active.sum())))
 
 
-def repaired_start(
-    run: Incumbent, seed: int, first: Callable[[Incumbent, Structure], object]
-) -> bool:
-    """Find a first design by leaving requirements aside, then repairing what it breaks.
+def has_links(problem: NetworkProblem) -> bool:
+    """Tell whether a problem asks for links that must be."""
+    return any(isinstance(r, Link) and r.hard for r in problem.requirements)
+
+
+def repaired_starts(run: Incumbent, index: Structure, seed: int) -> list[BoolArray]:
+    """Design without requirements, then mend what that breaks of them.
+
+    Links are mended at once, by ways along the mesh (`requirements.linkrepair`), and what they
+    break by a small window. Only where no design is at hand yet windows mend the rest.
 
     Parameters
     ----------
     run
-        Takes the design; tells when to stop.
+        Takes the designs; tells when to stop.
+    index
+        The problem.
     seed
         Seed of the random choices.
-    first
-        Finds a first design of the problem without requirements; given a run of its own, which
-        is to take it, and the index of that problem.
 
     Returns
     -------
-    bool
-        Whether a valid design was found. False proves nothing.
+    list of BoolArray
+        Valid designs, best first; each shape (e,). None proves nothing.
     """
-    plain = dataclasses.replace(run.evaluator.problem, requirements=())
-    index = structure(plain)
-    if index.conflicts:
-        return False
+    if run.best is not None or not any(r.hard for r in index.problem.requirements):
+        return []
+    links = has_links(index.problem)
+    plain = dataclasses.replace(index.problem, requirements=())
+    bare = structure(plain)
+    if bare.conflicts:
+        return []
     trial = Incumbent(Evaluator(plain), run.deadline, progress=None)
-    first(trial, index)
-    return trial.best is not None and repair(run, trial.best, seed)
+    pool: list[tuple[float, BoolArray]] = []
+    broken: list[BoolArray] = []
+    for straight in straight_designs(trial, bare):
+        if run.enough():
+            break
+        less = prune(bare, trial.evaluator, straight, run)
+        trial.take(less)
+        mended = repair_links(index, less)
+        value = run.evaluator.objective(mended)
+        if math.isfinite(value):
+            run.take(mended)
+            run.report()
+            pool.append((value, mended))
+        else:
+            broken += [mended, repair_links(index, straight)]
+    if run.best is None and links and broken:
+        mend_by_window(run, index, broken, seed)
+    if run.best is None and trial.best is not None:
+        repair(run, trial.best, seed)
+    return [active for _, active in sorted(pool, key=lambda entry: entry[0])]
+
+
+def broken_places(index: Structure, active: BoolArray) -> list[int]:
+    """Return the vertices at which a design breaks hard local rules, in order."""
+    on = active.tolist()
+    found: set[int] = set()
+    for term in index.terms:
+        for chosen, left in term.alternatives if term.hard else ():
+            if all(on[e] for e in chosen) and not any(on[e] for e in left):
+                found |= {v for e in (*chosen, *left) for v in index.ends[e]}
+    return sorted(found)
+
+
+def mend_by_window(run: Incumbent, index: Structure, designs: list[BoolArray], seed: int) -> bool:
+    """Choose the streets around all broken places of a design anew; return whether that did."""
+    windows = Windows(index, run.wanted())
+    few = sorted(designs, key=lambda active: len(broken_places(index, active)))[:DESIGNS]
+    for reach in REACHES:
+        for active in few:
+            free = windows.near(broken_places(index, active), reach)
+            if run.enough():
+                return False
+            if not free:
+                continue
+            options = CpOptions(
+                run.deadline.left, EFFORT, seed, linearization=0, probing=0, symmetry=0
+            )
+            found, _ = solve_window(windows, free, active, options, run.enough, distances="least")
+            if found is not None and run.take(found):
+                return True
+    return False
 
 
 def repair(run: Incumbent, active: BoolArray, seed: int) -> bool:

@@ -43,6 +43,18 @@ def first_design(run: Incumbent, index: Structure) -> list[BoolArray]:
     list of BoolArray
         Valid designs from which searches may start, best first; each shape (e,).
     """
+    pool: list[tuple[float, BoolArray]] = []
+    for active in straight_designs(run, index):
+        if run.enough():
+            break
+        less = prune(index, run.evaluator, active, run)
+        run.take(less)
+        pool.append((run.evaluator.objective(less), less))
+    return [active for _, active in sorted(pool, key=lambda entry: entry[0])]
+
+
+def straight_designs(run: Incumbent, index: Structure) -> list[BoolArray]:
+    """Return the valid designs of straight lines, which the run takes."""
     check = run.wanted()
     found: list[BoolArray] = []
     if any(index.root[v] and mine for v, mine in enumerate(index.incident)):
@@ -55,14 +67,7 @@ def first_design(run: Incumbent, index: Structure) -> list[BoolArray]:
     # on large meshes one start is as many as there is time for
     if run.best is None or len(index.edges) <= MANY:
         found += _grids(run, index)
-    pool: list[tuple[float, BoolArray]] = []
-    for active in found:
-        if run.enough():
-            break
-        less = prune(index, run.evaluator, active, run)
-        run.take(less)
-        pool.append((run.evaluator.objective(less), less))
-    return [active for _, active in sorted(pool, key=lambda entry: entry[0])]
+    return found
 
 
 def _grids(run: Incumbent, index: Structure) -> list[BoolArray]:

@@ -11,7 +11,7 @@ from ..cp.sat import CpOptions
 from ..evaluate import Evaluator
 from ..incumbent import slight
 from ..problem import BoolArray
-from .windows import Windows
+from .windows import Distances, Windows
 
 #: Least radius of a window.
 SMALLEST = 3
@@ -23,6 +23,9 @@ STRIP_WIDTH = 2
 DRAWS = 6
 #: Distances that make up less than this part of the objective are left out of most windows.
 FAINT = 0.01
+#: Share of windows in which a vertex costs its least distance in the mesh instead of its own: they
+#: need no labels and are solved several times as fast.
+LEAST = 0.8
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +43,7 @@ class Job:
     options
         How CP-SAT works on it.
     distances
-        Whether distances count.
+        How distances count; see `windows.solve_window`.
     strip, size
         Whether the window follows a mesh line; its radius or how far it reaches along the line.
     """
@@ -49,9 +52,14 @@ class Job:
     free: list[int]
     base: BoolArray
     options: CpOptions
-    distances: bool
+    distances: Distances
     strip: bool
     size: int
+
+    @property
+    def kind(self) -> tuple[bool, bool]:
+        """What its size is judged by."""
+        return self.strip, self.distances == "exact"
 
     @property
     def options_effort(self) -> float:
@@ -91,7 +99,7 @@ class WindowSearch:
     seed: int = 1
     radius: int = 4
     largest: int = 12
-    effort: float = 0.15
+    effort: float = 0.03
     most_effort: float = 0.5
     value: float = field(init=False)
     steps: int = field(init=False, default=0)
@@ -102,7 +110,8 @@ class WindowSearch:
         self._centres = [v for v, mine in enumerate(self.windows.index.incident) if mine]
         self._order: list[int] = []
         self._failures = self._idle = 0
-        self._size = {False: self.radius, True: 2 * self.radius}
+        kinds = [(strip, exact) for strip in (False, True) for exact in (False, True)]
+        self._size = {kind: self.radius * (1 + kind[0]) for kind in kinds}
         self._linear = 0 if self.windows.index.with_distance else 1
         found = self.evaluator.evaluate(self.active)
         self.value = found.objective
@@ -111,9 +120,10 @@ class WindowSearch:
 
     def draw(self, time_limit: float) -> Job:
         """Return the next window, apart from those that are drawn and not yet applied."""
+        distances = self._distances()
         strip, free = False, [0]
         for _ in range(DRAWS):
-            strip, free = self._window()
+            strip, free = self._window(distances == "exact")
             mine = set(free)
             if free and not any(mine & other for other in self._flying):
                 break
@@ -127,10 +137,16 @@ class WindowSearch:
             probing=0,
             symmetry=0,
         )
-        distances = self.windows.index.with_distance and not self._faint
-        return Job(self.steps, free, self.active, options, distances, strip, self._size[strip])
+        size = self._size[strip, distances == "exact"]
+        return Job(self.steps, free, self.active, options, distances, strip, size)
 
-    def _window(self) -> tuple[bool, list[int]]:
+    def _distances(self) -> Distances:
+        """Return how distances count in the next window."""
+        if self._faint or not self.windows.index.with_distance:
+            return "none"
+        return "least" if self._rng.random() < LEAST else "exact"
+
+    def _window(self, exact: bool) -> tuple[bool, list[int]]:
         """Return the edges of a random window, and whether it is a strip."""
         if not self._order:
             # every vertex is a centre once before any is one again
@@ -139,8 +155,8 @@ class WindowSearch:
         if self._rng.random() < STRIPS:
             mine = self.windows.index.incident[centre]
             edge = mine[int(self._rng.integers(len(mine)))]
-            return True, self.windows.along(edge, STRIP_WIDTH, self._size[True])
-        return False, self.windows.around(centre, self._size[False])
+            return True, self.windows.along(edge, STRIP_WIDTH, self._size[True, exact])
+        return False, self.windows.around(centre, self._size[False, exact])
 
     def apply(self, job: Job, found: Optional[BoolArray], effort: float) -> bool:
         """Take the result of the oldest drawn window; return whether the design is better."""
@@ -160,20 +176,20 @@ class WindowSearch:
         """Let the windows grow or shrink, and give them more effort once that does not help."""
         self._failures = 0 if better else self._failures + 1
         self._idle = 0 if better else self._idle + 1
-        size = self._size
-        if job.size != size[job.strip]:
+        size, kind = self._size, job.kind
+        if job.size != size[kind]:
             return
         if effort > 0.9 * job.options_effort:
-            size[job.strip] = max(SMALLEST, size[job.strip] - 1 - 2 * job.strip)
+            size[kind] = max(SMALLEST, size[kind] - 1 - 2 * job.strip)
             return
         # about as many windows as tile half of the mesh
-        patience = max(3.0, len(self._centres) / (4.0 * size[False] ** 2))
+        patience = max(3.0, len(self._centres) / (4.0 * size[False, kind[1]] ** 2))
         if self._failures <= patience:
             return
         self._failures = 0
         if effort < 0.4 * job.options_effort:
-            size[False] = min(size[False] + 1, self.largest)
-            size[True] = min(size[True] + 2, 4 * self.largest)
+            size[False, kind[1]] = min(size[False, kind[1]] + 1, self.largest)
+            size[True, kind[1]] = min(size[True, kind[1]] + 2, 4 * self.largest)
         else:
             self.effort = min(2 * self.effort, self.most_effort)
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import Any, Optional
+from typing import Any, Literal, Optional
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -20,6 +21,8 @@ from ..structure import Structure
 
 #: Costs in windows are rounded to this part of a unit; designs are judged by exact costs.
 WINDOW_FINEST = 1000
+#: How distances count in a window: by labels; as those that are the least in the mesh; not at all.
+Distances = Literal["exact", "least", "none"]
 #: Rounds of cutting off islands before a window is given up.
 ROUNDS = 8
 
@@ -64,6 +67,10 @@ class Windows:
     def around(self, centre: int, radius: int) -> list[int]:
         """Return the usable edges between vertices within `radius` edges of `centre`."""
         return self._grown({centre: 0}, radius)
+
+    def near(self, centres: Iterable[int], radius: int) -> list[int]:
+        """Return the usable edges between vertices within `radius` edges of any of those."""
+        return self._grown(dict.fromkeys(centres, 0), radius)
 
     def _grown(self, depth: dict[int, int], radius: int) -> list[int]:
         """Return the edges between vertices within `radius` edges of those given."""
@@ -127,7 +134,7 @@ def solve_window(
     options: CpOptions,
     stop: Optional[Callable[[], bool]] = None,
     *,
-    distances: bool = True,
+    distances: Distances = "exact",
 ) -> tuple[Optional[BoolArray], float]:
     """Choose the edges of a window anew.
 
@@ -144,7 +151,7 @@ def solve_window(
     stop
         Asked whether to stop at once.
     distances
-        Whether distances count in the window, if they count at all.
+        How distances count in the window, if they count at all.
 
     Returns
     -------
@@ -155,19 +162,30 @@ def solve_window(
         The work done, in CP-SAT's deterministic units.
     """
     network = windows.network(free, active)
-    distances = distances and windows.index.with_distance
-    if distances:
+    labels = distances == "exact" and windows.index.with_distance
+    if labels:
         add_window_distances(network, active)
+    elif distances != "none" and windows.index.with_distance:
+        add_least_distances(network)
     network.hint(active)
     effort = 0.0
     for _ in range(ROUNDS):
         result = run_cp(network, options, stop=stop)
         effort += result.effort
-        if result.active is None or distances:
+        if result.active is None or labels:
             return result.active, effort
         if not _cut_islands(network, result.active):
             return result.active, effort
     return None, effort
+
+
+def add_least_distances(network: CpNetwork) -> None:
+    """Let each vertex cost its least possible distance, which no label is needed for."""
+    index = network.index
+    weight = index.problem.weight_distance
+    for v in network.vertices:
+        if not index.problem.sinks[v] and not index.street[v] and math.isfinite(index.reach[v]):
+            network.cost(network.vertex[v], weight * float(index.reach[v]))
 
 
 def _cut_islands(network: CpNetwork, active: BoolArray) -> bool:
