@@ -231,7 +231,18 @@ def _lower(top: Any, above: tuple[Any, ...], level: int, rules: dict[str, float]
     sinks[fine.edges[existing].ravel()] = True
     coverage = 2 if level == 3 else 1
     problem = paper_problem(fine, "inner", coverage=coverage, **rules)
-    return with_streets(problem, existing, open_, sinks, blocked)
+    return within_reach(with_streets(problem, existing, open_, sinks, blocked))
+
+
+def within_reach(problem: Any) -> Any:
+    """Return a problem without cover where no street can be near, as in corners behind walls."""
+    from platwright.network.structure import structure
+
+    index = structure(problem)
+    able = np.zeros(len(problem.sinks), dtype=bool)
+    able[problem.mesh.edges[np.array(index.usable) | problem.existing].ravel()] = True
+    cover = {v: ball for v, ball in problem.cover.items() if able[list(ball)].any()}
+    return dataclasses.replace(problem, cover=cover)
 
 
 def with_streets(problem: Any, existing: Any, open_: Any, sinks: Any, blocked: Any) -> Any:

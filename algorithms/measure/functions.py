@@ -61,7 +61,9 @@ def too_many_exits(
     """List sites that new streets leave in too many places.
 
     A place is where new streets meet existing ones or the edge of the site where it is an exit.
-    A connector and both its ends are one place, and so are places within `TOUCH`.
+    A connector and both its ends are one place, and so are places within `TOUCH`. Where they meet
+    a street that lies inside the site, further from its edge than the snap distance, they do not
+    leave it.
 
     Parameters
     ----------
@@ -97,6 +99,11 @@ def exit_places(
     """List each place where designed streets leave, with their edges."""
     graph = streets.graph
     door = (sinks | around.sink_nodes(streets)) & _at(streets, ~streets.existing)
+    if not around.site.is_empty:
+        points = shapely.points(graph.nodes)
+        deep = shapely.distance(points, around.site.boundary) > around.snap_distance
+        deep &= shapely.contains_xy(around.site, graph.nodes)
+        door &= ~(deep & _at(streets, streets.existing))
     near = cKDTree(graph.nodes).query_pairs(TOUCH, output_type="ndarray")
     near = near[door[near].all(axis=1)] if len(near) else near.reshape(0, 2)
     label = _merged(len(graph.nodes), np.vstack([graph.ends[streets.connector], near]))

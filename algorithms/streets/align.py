@@ -8,7 +8,7 @@ cross, leave the site or touch an obstacle is taken back.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +21,7 @@ from ..mesh import QuadMesh
 from ..network.problem import FloatArray, IntArray
 from ..site.types import Site
 from .chains import CORNER, chains
+from .gaps import keeps_gaps
 from .wishes import TOUCH
 
 #: Pull back to the place in the mesh, against 1 for straightness.
@@ -28,8 +29,12 @@ STAY = 0.04
 #: Furthest move in mesh edge lengths.
 REACH = 0.22
 #: Offsets under this count as straight (metres).
-STRAIGHT = 1.0
+STRAIGHT = 2.0
 ROUNDS = 14
+#: The direction of the edge of the site is taken over this far to both sides (metres).
+EDGE_LOOK = 8.0
+#: Pull that turns the end of a street square to the edge of the site, against 1 for straightness.
+EDGE_SQUARE = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +63,7 @@ def align(
     arrivals: Mapping[int, tuple[float, float]],
     held: Sequence[int] = (),
     forbidden: shapely.Geometry | None = None,
+    least_gap: float = 0.0,
 ) -> Alignment:
     """Straighten and curve the streets of a network, as far as that is safe.
 
@@ -75,6 +81,8 @@ def align(
         Further vertices that stay: those on existing streets inside the mesh.
     forbidden
         Lines or areas that no street may meet, besides the site's obstacles.
+    least_gap
+        Least distance between junctions along streets that drawing must not undercut, metres.
     """
     ways = chains(mesh, level)
     straight = _straightened(site, mesh, ways, arrivals, held)
@@ -84,6 +92,8 @@ def align(
             lines = _drawn(mesh, ways, positions, curved)
             if share == 0.0 and not curved:
                 break
+            if least_gap and not keeps_gaps(mesh, ways, lines, least_gap):
+                continue
             if _safe(site, mesh, lines, forbidden):
                 return Alignment(positions, lines, ways)
     return Alignment(mesh.vertices.copy(), _drawn(mesh, ways, mesh.vertices, False), ways)
@@ -109,6 +119,7 @@ def _straightened(
             for a, b, c in zip(way, way[1:], way[2:]):
                 _straight_row(rows, now, a, b, c, sparse_bends=turn > 3)
         _square_rows(rows, now, ways, arrivals)
+        _edge_rows(rows, site, mesh, now, ways, {*arrivals, *held})
         moved = rows.solve(now, used) - start
         size = np.hypot(*moved.T)[:, None]
         limit = REACH * mesh.edge_length
@@ -157,7 +168,6 @@ def _stay_rows(
     arrivals: Mapping[int, tuple[float, float]],
 ) -> None:
     """Hold vertices near their place; on the boundary they may only slide."""
-    rings = [site.polygon.exterior, *site.polygon.interiors]
     for v in used:
         x, y = mesh.vertices[v].tolist()
         if not mesh.boundary_vertices[v]:
@@ -166,13 +176,7 @@ def _stay_rows(
             continue
         # sliding along a curved outline would leave it: only straight stretches may slide
         slide = 2 * STAY if v not in arrivals and not mesh.fixed[v] else 50.0
-        here = shapely.Point(x, y)
-        ring = min(rings, key=here.distance)
-        along = ring.project(here)
-        a, b = (
-            np.array(ring.interpolate((along + d) % ring.length).coords[0]) for d in (-8.0, 8.0)
-        )
-        tx, ty = ((b - a) / (np.hypot(*(b - a)) or 1.0)).tolist()
+        tx, ty = _along_edge(site, mesh.vertices[v], EDGE_LOOK)
         rows.add([(v, -ty, tx)], -ty * x + tx * y, 50.0)
         rows.add([(v, tx, ty)], tx * x + ty * y, slide)
 
@@ -216,6 +220,35 @@ def _square_rows(
                 t = (now[c] - now[a]) / (np.hypot(*(now[c] - now[a])) or 1.0)
                 if abs(float(t @ leg)) < 0.75 * length:
                     rows.add([(nxt, t[0], t[1]), (end, -t[0], -t[1])], 0.0, 0.4)
+
+
+def _edge_rows(
+    rows: _Rows,
+    site: Site,
+    mesh: QuadMesh,
+    now: FloatArray,
+    ways: Sequence[Sequence[int]],
+    stay: Container[int],
+) -> None:
+    """Turn streets that end at the edge of the site square to it; their ends slide along it."""
+    for way in ways:
+        for end, nxt in ((way[0], way[1]), (way[-1], way[-2])):
+            if not mesh.boundary_vertices[end] or end in stay or mesh.fixed[end]:
+                continue
+            tx, ty = _along_edge(site, now[end], EDGE_LOOK)
+            leg = now[nxt] - now[end]
+            if abs(float(leg @ (tx, ty))) < 0.75 * (float(np.hypot(*leg)) or 1.0):
+                rows.add([(nxt, tx, ty), (end, -tx, -ty)], 0.0, EDGE_SQUARE)
+
+
+def _along_edge(site: Site, xy: FloatArray, look: float) -> tuple[float, float]:
+    """Give the unit vector along the edge of the site near a place, over twice this length."""
+    here = shapely.Point(xy)
+    ring = min([site.polygon.exterior, *site.polygon.interiors], key=here.distance)
+    along = ring.project(here)
+    a, b = (np.array(ring.interpolate((along + d) % ring.length).coords[0]) for d in (-look, look))
+    tx, ty = ((b - a) / (np.hypot(*(b - a)) or 1.0)).tolist()
+    return tx, ty
 
 
 def _drawn(

@@ -56,7 +56,7 @@ def draw_plan(
         Asked for cancellation: the cross streets found by then are drawn.
     """
     ground, level = network.ground, network.level
-    alignment = _aligned(ground, level)
+    alignment = _aligned(ground, level, spec.junction_spacing or 0.0)
     pieces = street_pieces(ground, level, alignment)
     joints = connectors(ground, level, alignment)
     site = ground.site
@@ -105,12 +105,12 @@ def _counted(spec: Specification) -> bool:
     return any(limit is not None for limit in limits)
 
 
-def _aligned(ground: Ground, level: IntArray) -> Alignment:
+def _aligned(ground: Ground, level: IntArray, least_gap: float) -> Alignment:
     """Pull the streets straight and trim their ends."""
     mesh = ground.mesh
     directions = {v: point.direction for v, point in ground.arrivals.items()}
     kept = np.unique(mesh.edges[ground.street & ~mesh.boundary_edges]).tolist()
-    alignment = align(ground.site, mesh, level, directions, kept, ground.forbidden)
+    alignment = align(ground.site, mesh, level, directions, kept, ground.forbidden, least_gap)
     return trim_ends(ground, level, alignment)
 
 

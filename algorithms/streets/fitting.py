@@ -11,20 +11,25 @@ from shapely.geometry import LineString
 
 from ..errors import MeshError
 from ..mesh import QuadMesh, quadrangulate
+from ..network.problem import FloatArray
 from ..network.specification import Specification
 from ..progress import Progress
 from ..site.types import AccessPoint, Site
 from .blocks import Block
+from .cells import cell_ratio, stretched_mesh
 
 #: Edge lengths tried, as shares of the block width; cells vary around what is asked.
 CELLS = (1.05, 1.0, 0.96, 1.1, 0.93)
 #: How many of them are tried on a large site.
 FEW = 3
-#: No other cell size is tried after a plan this good (`plan_misfit`).
-GOOD_ENOUGH = 0.13
+#: No other cell size is tried after a plan this good (`plan_misfit` and `street_misfit`).
+GOOD_ENOUGH = 0.17
 #: What arriving streets that are not continued, each place without a street, and a median width
 #: other than asked count against a plan.
 NOT_CONTINUED, UNCOVERED, OFF_WIDTH = 0.4, 0.02, 0.75
+#: What streets that are longer than blocks of the asked size need count, per share of that
+#: length, and how much all turns along the streets count, per 100 degrees in a kilometre.
+STREETS, TURNING = 0.3, 0.05
 #: Width of a cell that fits best, as a share of the block width.
 FIT = 0.95
 #: What arriving streets that no mesh line meets count against the fit of cells.
@@ -59,7 +64,8 @@ def mesh_choices(
     """List the candidate meshes worth trying, as functions that make them.
 
     With the planner's rules these are cells of several sizes on a small site, where designing
-    takes well under a second; the one whose cells fit best on a large one.
+    takes well under a second; the one whose cells fit best on a large one. Where the asked block
+    length is no whole number of widths, cells of the right length come first, see `cells`.
 
     Parameters
     ----------
@@ -87,6 +93,13 @@ def mesh_choices(
     def make(size: float) -> QuadMesh:
         return quadrangulate(site.polygon, size * h, attract_points=drawn, progress=progress)
 
+    ratio = cell_ratio(h, spec.block_length)
+    oblong: list[Callable[[], QuadMesh]] = [
+        partial(stretched_mesh, site.polygon, h, ratio, across, drawn, progress)
+        for across in (False, True)
+        if ratio != 1.0
+    ]
+
     def best() -> QuadMesh:
         made: list[QuadMesh] = []
         failure: MeshError | None = None
@@ -103,7 +116,7 @@ def mesh_choices(
         return [partial(make, 1.0)]
     if site.polygon.area > SMALL_SITE * spec.block_width**2:
         return [best]
-    return [partial(make, size) for size in CELLS]
+    return [*oblong, *(partial(make, size) for size in CELLS)]
 
 
 def site_mesh(
@@ -191,6 +204,43 @@ def plan_misfit(
     middle = float(np.median([b.width for b in blocks])) if blocks else 0.0
     off = abs(1 - middle / spec.block_width)
     return wrong + OFF_WIDTH * off + NOT_CONTINUED * missed + UNCOVERED * uncovered
+
+
+def street_misfit(streets: Sequence[FloatArray], area: float, spec: Specification) -> float:
+    """How much longer streets are than the asked blocks need, and how much they turn.
+
+    Plans of one site whose blocks are equally good may differ much in this: a wobbling street
+    looks worse than a straight one, and blocks of half the length cost twice the cross streets.
+
+    Parameters
+    ----------
+    streets
+        Courses from end to end through junctions, each of shape (k, 2), metres.
+    area
+        Ground, square metres.
+    spec
+        What was asked.
+
+    Examples
+    --------
+    >>> asked = Specification(block_width=50, block_length=100)
+    >>> street_misfit([np.array([[0.0, 0.0], [300.0, 0.0]])], 1e4, asked)
+    0.0
+    >>> round(street_misfit([np.array([[0, 0], [300, 0], [300, 300]])], 1e4, asked), 3)
+    0.375
+    """
+    steps = [np.diff(line, axis=0) for line in streets]
+    length = sum(float(np.hypot(*step.T).sum()) for step in steps)
+    if not length or not area:
+        return 0.0
+    turned = 0.0
+    for step in steps:
+        cross = step[:-1, 0] * step[1:, 1] - step[:-1, 1] * step[1:, 0]
+        dot = (step[:-1] * step[1:]).sum(axis=1)
+        turned += float(np.degrees(np.abs(np.arctan2(cross, dot))).sum())
+    needed = area * (1 / spec.block_width + 1 / spec.block_length)
+    over = max(0.0, length / needed - 1)
+    return STREETS * over + TURNING * turned / length * 10
 
 
 def same_mesh(one: QuadMesh, other: QuadMesh) -> bool:

@@ -40,7 +40,11 @@ def trim_ends(ground: Ground, level: IntArray, alignment: Alignment) -> Alignmen
     beside = existing_lines(site)
     tips = shapely.boundary(shapely.line_merge(beside))
     lines, positions = dict(alignment.lines), alignment.positions.copy()
-    for v in np.flatnonzero(mesh.boundary_vertices).tolist():
+    # a street of the mesh that stands for an existing one may lie a little beside it
+    ends = mesh.boundary_vertices | ground.sinks
+    ends[mesh.edges[ground.street].ravel()] = True
+    ends[[v for v in ground.exits.values() if not mesh.boundary_vertices[v]]] = False
+    for v in np.flatnonzero(ends).tolist():
         active = [int(e) for e in mesh.vertex_edges[v] if level[e] > 0]
         if len(active) != 1:
             continue
@@ -129,11 +133,20 @@ def connectors(ground: Ground, level: IntArray, alignment: Alignment) -> list[Co
     Where the boundary is the centre line, or no centre line is known, there is none.
     """
     mesh = ground.mesh
+    at_street = np.zeros(len(mesh.vertices), dtype=np.bool_)
+    at_street[mesh.edges[ground.street].ravel()] = True
+    # sinks that no street of the mesh touches lie where the true edge of the site runs through it
+    at_edge = ~mesh.boundary_vertices & ground.sinks & ~at_street
+    at_edge[list(ground.exits.values())] = False
+    beside = existing_lines(ground.site)
     found = []
-    for v in np.flatnonzero(mesh.boundary_vertices).tolist():
+    for v in np.flatnonzero(at_edge | (mesh.boundary_vertices & at_street)).tolist():
         active = [int(e) for e in mesh.vertex_edges[v] if level[e] > 0]
-        if not active or not any(ground.street[e] for e in mesh.vertex_edges[v]):
+        if not active:
             continue
+        meets = any(beside.intersects(LineString(alignment.lines[e])) for e in active)
+        if at_edge[v] and (meets or len(active) > 1):
+            continue  # it meets the street already, or passes the edge and goes on
         line = alignment.lines[active[0]]
         line = line if mesh.edges[active[0], 1] == v else line[::-1]
         line = np.vstack([line[:-1], alignment.positions[v]])

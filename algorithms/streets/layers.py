@@ -312,10 +312,8 @@ def _problems(plan: SitePlan) -> Iterable[Row]:
                 "left so: no street may end at a side of the site without a road; add the road "
                 "layer, raise the snap distance or let the whole boundary be the exit",
             )
-    for place, text in unmet_requirements(plan.network):
-        yield _problem(
-            plan, place, text, "left so: it would cost more than it is worth, or cannot be had"
-        )
+    for remark in unmet_requirements(plan.network):
+        yield _problem(plan, remark.point, remark.problem, remark.action)
     ground = plan.network.ground
     for xy, v in ground.exits.items():
         gap = math.dist(xy, plan.alignment.positions[v])

@@ -10,22 +10,19 @@ from dataclasses import dataclass, field
 import networkx as nx
 import numpy as np
 import numpy.typing as npt
+import shapely
 
-from ..errors import CancelledError, InfeasibleError
-from ..network.problem import BoolArray, Clause, Design, IntArray, NetworkProblem
-from ..network.solve import solve
-from ..network.specification import FORBID, Specification
+from ..errors import CancelledError, InfeasibleError, InputError, MeshError
+from ..network.problem import BoolArray, Design, IntArray, NetworkProblem
+from ..network.specification import Specification
 from ..progress import Deadline, Progress, SearchState, Silent
 from .earlier import UNKNOWN
+from .exits import exits_allowed, out_of_reach
 from .program import COLLECTOR, CUL_DE_SAC, LOCAL, asked_at, level_problem
-from .requirements import share_of_budget, with_requirements
+from .requirements import joins_blocks, share_of_limits, with_requirements
+from .solving import Solved, solve_level
 from .survey import Ground
-from .why_not import located
 
-#: Rounds in which rings on stems are cut off.
-LOLLIPOP_ROUNDS = 4
-#: What a ring on a stem may cost, in mesh edge lengths.
-LOLLIPOP_PENALTY = 6.0
 #: Share of the time that is left when a level begins; what it leaves over goes to the next.
 TIME_SHARES = {COLLECTOR: 0.65, LOCAL: 0.75, CUL_DE_SAC: 1.0}
 
@@ -33,16 +30,6 @@ TIME_SHARES = {COLLECTOR: 0.65, LOCAL: 0.75, CUL_DE_SAC: 1.0}
 BUILT = {LOCAL: "local streets", CUL_DE_SAC: "culs-de-sac"}
 
 Refine = Callable[[Ground, IntArray], tuple[Ground, IntArray]]
-
-
-@dataclass(frozen=True, eq=False)
-class Solved:
-    """One solved network problem of a street level."""
-
-    name: str
-    problem: NetworkProblem
-    design: Design
-    level: int = LOCAL
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,12 +47,15 @@ class LevelledNetwork:
         The problems in the order in which they were solved.
     cancelled
         Whether blocks were left without local streets because the run was cancelled.
+    left
+        Places of blocks that were left without culs-de-sac, since none could be found.
     """
 
     ground: Ground
     level: npt.NDArray[np.int64]
     solved: tuple[Solved, ...] = field(default=())
     cancelled: bool = False
+    left: tuple[shapely.Point, ...] = ()
 
     @property
     def objective(self) -> float:
@@ -119,29 +109,78 @@ def design_levels(
     solved: list[Solved] = []
     if spec.levels == 2:
         told.stage("Collectors", 0.35)
-        problem = _asked(ground, spec, COLLECTOR, level > 0)
-        seconds = time_share(spec, COLLECTOR) * deadline.left
-        at = asked_at(spec, COLLECTOR)
-        begin = _begin(ground, COLLECTOR)
-        first = solve_level(problem, at, seconds, told, "collectors", begin)
-        solved.append(dataclasses.replace(first, level=COLLECTOR))
-        told.add(first.design)
-        level[solved[-1].design.active] = COLLECTOR
+        first = _collectors(ground, spec, deadline, told)
+        if first is None:
+            spec = dataclasses.replace(spec, levels=1)
+        else:
+            solved.append(first)
+            told.add(first.design)
+            level[first.design.active] = COLLECTOR
         if refine is not None:
             ground, level = refine(ground, level)
     blind = spec.cul_de_sacs and refine is not None
     share = time_share(spec, LOCAL) if blind else 1.0
     told.stage("Local streets", 0.6)
     within = Deadline(share * deadline.left, told)
-    found, cancelled = _by_block(ground, spec, LOCAL, level, within, told, bool(solved))
-    solved += found
-    if blind and refine is not None and not cancelled:
+    found = _by_block(ground, spec, LOCAL, level, within, told, bool(solved))
+    solved += found.solved
+    if blind and refine is not None and not found.cancelled:
         told.stage("Culs-de-sac", 0.8)
-        ground, level = refine(ground, level)
+        try:
+            ground, level = refine(ground, level)
+        except (InputError, MeshError) as error:
+            told.warn(f"{ground.site.name}: there are no culs-de-sac: {error}")
+            return LevelledNetwork(ground, level, tuple(solved))
         within = Deadline(time_share(spec, CUL_DE_SAC) * deadline.left, told)
-        found, cancelled = _by_block(ground, spec, CUL_DE_SAC, level, within, told, bool(solved))
-        solved += found
-    return LevelledNetwork(ground, level, tuple(solved), cancelled)
+        found = _by_block(ground, spec, CUL_DE_SAC, level, within, told, bool(solved))
+        solved += found.solved
+    return LevelledNetwork(ground, level, tuple(solved), found.cancelled, tuple(found.left))
+
+
+def _collectors(
+    ground: Ground, spec: Specification, deadline: Deadline, told: _Sum
+) -> Solved | None:
+    """Design the collectors so that no place is out of reach of the streets below them.
+
+    Where they spend so many of the exits that some place is, they are designed again with fewer.
+
+    Returns
+    -------
+    Solved or None
+        None where there are none that keep to the limits; the local streets then do without.
+    """
+    at, begin = asked_at(spec, COLLECTOR), _begin(ground, COLLECTOR)
+    nothing = np.zeros(len(ground.mesh.edges), dtype=np.bool_)
+    exits = exits_allowed(ground, spec)
+    best: tuple[int, Solved] | None = None
+    usual = 0
+    if exits is not None:
+        usual = out_of_reach(_asked(ground, spec, LOCAL, nothing))
+    for kept in dict.fromkeys((0, ((exits or 0) + 1) // 2)):
+        problem = _asked(ground, spec, COLLECTOR, nothing, kept)
+        seconds = time_share(spec, COLLECTOR) * deadline.left
+        try:
+            found = solve_level(problem, at, seconds, told, "collectors", begin)
+        except InfeasibleError:
+            limited = exits is not None or spec.max_distance is not None
+            if not limited or at.traffic != "out" or told.cancelled():
+                raise
+            continue
+        found = dataclasses.replace(found, level=COLLECTOR)
+        lost = 0
+        if exits is not None:
+            lost = out_of_reach(_asked(ground, spec, LOCAL, found.design.active))
+        if best is None or lost < best[0]:
+            best = lost, found
+        if lost <= usual or told.cancelled():
+            break
+    if best is None:
+        told.warn(
+            f"{ground.site.name}: no collectors keep to the number of exits and the longest way "
+            "out; all its new streets are local streets."
+        )
+        return None
+    return best[1]
 
 
 def time_share(spec: Specification, level: int) -> float:
@@ -189,6 +228,26 @@ class _Sum:
         return self.progress.cancelled()
 
 
+@dataclass
+class _Blocks:
+    """What came of the blocks of one level.
+
+    Attributes
+    ----------
+    solved
+        What was solved.
+    cancelled
+        Whether blocks were left out. A cancelled run keeps what it has: the collectors, and
+        every block that is finished, stand on their own.
+    left
+        Places of blocks for which nothing was found.
+    """
+
+    solved: list[Solved] = field(default_factory=list)
+    cancelled: bool = False
+    left: list[shapely.Point] = field(default_factory=list)
+
+
 def _by_block(
     ground: Ground,
     spec: Specification,
@@ -197,53 +256,71 @@ def _by_block(
     deadline: Deadline,
     progress: _Sum,
     in_hand: bool,
-) -> tuple[list[Solved], bool]:
-    """Solve one level block by block, the largest first; `level` is filled in.
-
-    Returns
-    -------
-    solved
-        What was solved.
-    cancelled
-        Whether blocks were left out. A cancelled run keeps what it has: the collectors, and
-        every block that is finished, stand on their own.
-    """
+) -> _Blocks:
+    """Solve one level block by block, the largest first; `level` is filled in."""
     groups = face_groups(ground, level > 0)
     groups.sort(key=lambda group: (-len(group), min(group)))
+    if joins_blocks(spec, which):
+        groups = [frozenset().union(*groups)]
     sizes = [len(group) for group in groups]
     width = 0.2 if spec.cul_de_sacs and spec.rules == "paper" else 0.3
-    solved: list[Solved] = []
+    done = _Blocks()
     # culs-de-sac of one block are nothing to those of another
     whole = _asked(ground, spec, which, level > 0) if which == CUL_DE_SAC else None
     for i, group in enumerate(groups):
-        if progress.cancelled() and (in_hand or solved):
+        if progress.cancelled() and (in_hand or done.solved):
             progress.warn(f"Cancelled: the blocks that were not reached have no {BUILT[which]}.")
-            return solved, True
+            done.cancelled = True
+            break
         problem = restrict(whole or _asked(ground, spec, which, level > 0), group)
         if not problem.candidate.any() or (whole is not None and not problem.cover):
             continue
         name = f"{BUILT[which].capitalize()}, block {i + 1} of {len(groups)}"
         progress.stage(name, (0.6 if which == LOCAL else 0.8) + width * i / len(groups))
         part = sizes[i] / max(1, sum(sizes[i:]))
-        problem = share_of_budget(problem, part)
+        problem = share_of_limits(problem, part)
         share = max(1.0, deadline.left * part)
         try:
             at = asked_at(spec, which)
             one = solve_level(problem, at, share, progress, name, _begin(ground, which))
         except CancelledError:
-            if not (in_hand or solved):
+            if not (in_hand or done.solved):
                 raise
-            return solved, True
+            done.cancelled = True
+            break
+        except InfeasibleError as error:
+            if which != CUL_DE_SAC:
+                raise
+            # what is missing at the last level must not cost the streets above it
+            done.left.append(_middle(ground, group))
+            progress.warn(_without(ground, done.left[-1], error))
+            continue
         progress.add(one.design)
         level[one.design.active] = which
-        solved.append(dataclasses.replace(one, level=which))
-    return solved, False
+        done.solved.append(dataclasses.replace(one, level=which))
+    return done
 
 
-def _asked(ground: Ground, spec: Specification, which: int, above: BoolArray) -> NetworkProblem:
+def _middle(ground: Ground, faces: frozenset[int]) -> shapely.Point:
+    """Return a place inside a block."""
+    cells = shapely.polygons(ground.mesh.vertices[ground.mesh.faces[sorted(faces)]])
+    return shapely.point_on_surface(shapely.union_all(cells))
+
+
+def _without(ground: Ground, place: shapely.Point, error: InfeasibleError) -> str:
+    """Say that a block has no culs-de-sac, and why."""
+    return (
+        f"{ground.site.name}: no culs-de-sac could be found for the block at x {place.x:.0f}, "
+        f"y {place.y:.0f} ({ground.site.crs.name}); it keeps the streets above them. {error}"
+    )
+
+
+def _asked(
+    ground: Ground, spec: Specification, which: int, above: BoolArray, kept_exits: int = 0
+) -> NetworkProblem:
     """Build the problem of a level with all that is asked of it."""
     problem = level_problem(ground, spec, which, above)
-    return with_requirements(problem, ground, spec, which, above)
+    return with_requirements(problem, ground, spec, which, above, kept_exits)
 
 
 def _begin(ground: Ground, which: int) -> BoolArray | None:
@@ -255,102 +332,6 @@ def _begin(ground: Ground, which: int) -> BoolArray | None:
         return None
     old = (COLLECTOR, UNKNOWN) if which == COLLECTOR else (COLLECTOR, LOCAL, CUL_DE_SAC, UNKNOWN)
     return np.asarray(np.isin(ground.start, old))
-
-
-def solve_level(
-    problem: NetworkProblem,
-    spec: Specification,
-    seconds: float,
-    progress: Progress,
-    name: str,
-    start: BoolArray | None = None,
-) -> Solved:
-    """Solve one problem, then again as long as rings on stems can be avoided.
-
-    Parameters
-    ----------
-    problem
-        The problem of a level, or of one block of it.
-    spec
-        What the planner asks at that level.
-    seconds
-        Time for it.
-    progress
-        Told of incumbents; asked for cancellation.
-    name
-        What is designed, for reports.
-    start
-        Shape (e,). Streets of an earlier design, to begin with.
-    """
-    deadline = Deadline(seconds, progress)
-    try:
-        design = solve(
-            problem,
-            time_limit=deadline.left,
-            gap=spec.gap,
-            seed=spec.seed,
-            solver=spec.solver,
-            start=None if start is None else start & problem.candidate,
-            progress=progress,
-        )
-    except InfeasibleError as error:
-        raise located(error, problem) from error
-    if spec.rules != "planner" or spec.dead_ends != FORBID:
-        return Solved(name, problem, design)
-    for _ in range(LOLLIPOP_ROUNDS):
-        cuts = lollipop_cuts(problem, design)
-        if not cuts or deadline.passed():
-            break
-        problem = dataclasses.replace(problem, clauses=(*problem.clauses, *cuts))
-        design = solve(
-            problem,
-            time_limit=max(0.5, deadline.left),
-            gap=spec.gap,
-            seed=spec.seed,
-            solver=spec.solver,
-            start=design.active,
-            progress=progress,
-        )
-    return Solved(name, problem, design)
-
-
-def lollipop_cuts(problem: NetworkProblem, design: Design) -> list[Clause]:
-    """Ask for a second exit of every part that hangs on a single street.
-
-    A part of the network behind a bridge has no dead end when it is a ring, and yet is one
-    for everybody who lives there. The clause asks for one more edge out of the part's
-    vertices; it is soft, since some corners of a site have one way in only.
-    """
-    mesh = problem.mesh
-    graph: nx.Graph = nx.Graph()
-    hub = -1
-    streets = np.flatnonzero(design.active | problem.existing)
-    for e in streets.tolist():
-        u, v = mesh.edges[e].tolist()
-        graph.add_edge(u, v)
-    for v in np.flatnonzero(problem.sinks).tolist():
-        # two strands, so that an edge between a sink and the hub is never a bridge
-        graph.add_edges_from([(v, ("out", v)), (("out", v), hub), (v, hub)])
-    if hub not in graph:
-        return []
-    cuts = []
-    for u, v in list(nx.bridges(graph)):
-        bridge = mesh.edge_between(u, v) if isinstance(u, int) and isinstance(v, int) else -1
-        if bridge < 0 or not design.active[bridge]:
-            continue
-        graph.remove_edge(u, v)
-        side = nx.node_connected_component(graph, u)
-        if hub in side:
-            side = nx.node_connected_component(graph, v)
-        graph.add_edge(u, v)
-        part = np.zeros(len(mesh.vertices), dtype=np.bool_)
-        part[[w for w in side if isinstance(w, int) and w >= 0]] = True
-        leaving = part[mesh.edges].sum(axis=1) == 1
-        others = np.flatnonzero(leaving & problem.candidate)
-        exits = tuple(int(e) for e in others if e != bridge)
-        if exits and part.sum() > 1:
-            cuts.append(Clause(exits, LOLLIPOP_PENALTY, "second exit"))
-    return cuts
 
 
 def face_groups(ground: Ground, streets: BoolArray) -> list[frozenset[int]]:

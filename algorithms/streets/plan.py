@@ -17,13 +17,21 @@ from ..site.types import AccessPoint, BoundaryStreet, Site
 from .adopt import adopt_streets
 from .drawing import draw_plan
 from .earlier import check_start, mesh_of_start
-from .fitting import GOOD_ENOUGH, edge_length, mesh_choices, plan_misfit, same_mesh
+from .fitting import (
+    GOOD_ENOUGH,
+    edge_length,
+    mesh_choices,
+    plan_misfit,
+    same_mesh,
+    street_misfit,
+)
 from .given_levels import divide
 from .levels import LevelledNetwork, design_levels
 from .make_way import make_way
 from .site_plan import SitePlan, StreetPlan
 from .sub_regions import design_parts
 from .survey import Ground, arriving_streets, survey
+from .why_not import no_design
 from .wishes import Wishes
 
 #: Of two access points nearer than this share of the block width one is continued.
@@ -81,7 +89,8 @@ def design_streets(
         If hard rules contradict each other.
 
         With several sites each of these is kept in `StreetPlan.failures` and the others are
-        designed; it is raised where none could be.
+        designed; it is raised where none could be: as a `NoDesignError` with the failures of all
+        sites where one of them has places to show.
     CancelledError
         If the run was cancelled before there was a design.
     """
@@ -93,7 +102,7 @@ def design_streets(
     run = _Run(sites, specs, wishes, mesh, progress)
     run.design()
     if not run.plans and run.failures:
-        raise run.failures[0][1]
+        raise no_design(run.failures)
     if progress.cancelled():
         run.stopped = "cancelled"
     order = ("cancelled", "time", "gap", "optimal")
@@ -143,10 +152,9 @@ class _Run:
                 self.stopped = "cancelled"
                 return
             except PlatwrightError as error:
-                if len(self.sites) == 1:
-                    raise
-                self.progress.warn(f"{site.name}: {error}")
                 self.failures.append((site, error))
+                if len(self.sites) > 1:
+                    self.progress.warn(f"{site.name}: {error}")
 
     def _one(
         self, site: Site, spec: Specification, seconds: float, progress: Progress
@@ -289,7 +297,7 @@ def _best_plan(
         choices = [mesh_of_start(choices, earlier)]
     tried: list[QuadMesh] = []
     best: tuple[float, SitePlan] | None = None
-    failure: MeshError | None = None
+    failure: MeshError | InfeasibleError | None = None
     for i, make in enumerate(choices):
         if best is not None and (best[0] < GOOD_ENOUGH or deadline.passed()):
             break
@@ -305,13 +313,16 @@ def _best_plan(
             network = _network_on(site, spec, one, arrivals, wishes, left, part)
             part.stage(f"{site.name}: drawing streets and blocks", 0.92)
             plan = draw_plan(network, spec, arrivals, only_mesh=mesh is not None, progress=part)
-        except MeshError as error:
-            failure = error
+        except (MeshError, InfeasibleError) as error:
+            # what cannot be had on this mesh may be had on another
+            failure = failure if isinstance(failure, InfeasibleError) else error
+            if best is None and deadline.passed():
+                break
             continue
-        except (InfeasibleError, InputError):
+        except InputError:
             if best is None:
                 raise
-            continue  # what cannot be had on this mesh must not cost the plan on another
+            continue
         except CancelledError:
             if best is None:
                 raise
@@ -358,7 +369,12 @@ def _network_on(
 def _misfit(plan: SitePlan, spec: Specification) -> float:
     """How far a plan is from what was asked."""
     missed = 1 - plan.continued / len(plan.arrivals) if plan.arrivals else 0.0
-    return plan_misfit(plan.blocks, spec, missed, len(plan.uncovered))
+    drawn = plan.alignment
+    streets = [drawn.positions[way] for way in drawn.chains]
+    streets += [np.asarray(street.line.coords) for street in plan.cross_streets]
+    return plan_misfit(plan.blocks, spec, missed, len(plan.uncovered)) + street_misfit(
+        streets, plan.site.polygon.area, spec
+    )
 
 
 def _refiner(

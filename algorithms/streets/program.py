@@ -167,6 +167,7 @@ def _planner(ground: Ground, spec: Specification, level: int, streets: _Streets)
         patterns=patterns,
         clauses=_open(clauses, existing),
         edge_factor=along_walls(ground, spec.block_width),
+        main=level == COLLECTOR,
     )
 
 
@@ -261,6 +262,7 @@ def _paper(ground: Ground, spec: Specification, level: int, streets: _Streets) -
         patterns=[],
         clauses=[],
         edge_factor=np.ones(len(ground.mesh.edges)),
+        main=level == COLLECTOR,
     )
 
 
@@ -276,10 +278,11 @@ def _problem(
     patterns: list[Pattern],
     clauses: list[Clause],
     edge_factor: FloatArray,
+    main: bool,
 ) -> NetworkProblem:
     """Fill in what both rule sets share."""
     mesh = ground.mesh
-    ranges = cover_ranges(ground, spec, cover_radius)
+    ranges = cover_ranges(ground, spec, cover_radius, main=main)
     able = np.zeros(len(mesh.vertices), dtype=np.bool_)
     able[mesh.edges[streets.candidate].ravel()] = True
     balls = coverage_balls(mesh, needs_cover(ground), streets.active, **ranges)
@@ -307,7 +310,9 @@ def _problem(
     )
 
 
-def cover_ranges(ground: Ground, spec: Specification, radius: float) -> dict[str, Range]:
+def cover_ranges(
+    ground: Ground, spec: Specification, radius: float, *, main: bool = False
+) -> dict[str, Range]:
     """Return the coverage range as `coverage_balls` takes it.
 
     Where the density differs by area the range is metric everywhere.
@@ -321,6 +326,9 @@ def cover_ranges(ground: Ground, spec: Specification, radius: float) -> dict[str
     radius
         The range that holds where no area has its own, in the unit of the specification, or in
         mesh edges where that gives none.
+    main
+        Whether streets of a main level are designed: the streets between them make an area dense,
+        so its own range counts where it is the wider one only.
     """
     unit = spec.coverage_unit if spec.coverage is not None else "edges"
     density = ground.preferences.density
@@ -328,7 +336,8 @@ def cover_ranges(ground: Ground, spec: Specification, radius: float) -> dict[str
         return {unit: radius}
     metres = radius * ground.mesh.edge_length if unit == "edges" else radius
     own = "metres" if unit == "edges" else unit
-    return {own: coverage_ranges(ground.mesh, metres, density)}
+    ranges = coverage_ranges(ground.mesh, metres, density)
+    return {own: np.maximum(ranges, metres) if main else ranges}
 
 
 def _open(clauses: list[Clause], existing: BoolArray) -> list[Clause]:

@@ -1,7 +1,8 @@
 """What a planner asks of the network as a whole, said about the mesh of one site and level.
 
 Links and routes belong to the first level that is designed (CND section 5.1, figure 6d-e: the
-collectors); exits, budget, ways out, spacing and one-way streets to every level.
+collectors), and to all its blocks together; exits, budget, ways out, spacing and one-way streets to
+every level.
 """
 
 from __future__ import annotations
@@ -19,12 +20,12 @@ from ..network.problem import BoolArray, IntArray, NetworkProblem
 from ..network.requirements.base import Requirement
 from ..network.requirements.budget import LengthBudget
 from ..network.requirements.corridor import corridor
-from ..network.requirements.exits import ExitCount
 from ..network.requirements.links import Link
 from ..network.requirements.reach import MaxDistance
 from ..network.requirements.spacing import junction_spacing
 from ..network.requirements.twoways import TwoWays
 from ..network.specification import FORBID, Specification
+from .exits import exits_allowed, share_of_exits, touched, with_exits_left
 from .partition import patches_from_polygons
 from .program import COLLECTOR, CUL_DE_SAC, LOCAL
 from .survey import Ground
@@ -37,10 +38,29 @@ PATCH = 3.0
 LINK, FAR, NEAR, BRIDGE = 40.0, 10.0, 8.0, 6.0
 #: The end of a route this near to the edge of the site belongs to it (block widths).
 AT_EDGE = 1.0
+#: The end of a route is moved no farther than this to where streets can leave (mesh edges).
+FARTHEST_MOVE = 3.0
+#: So many pairs of places are tried for a route where none is drawn.
+TRIED = 200
+
+
+def is_first(spec: Specification, level: int) -> bool:
+    """Whether a level is the first that is designed."""
+    return level == COLLECTOR or (level == LOCAL and spec.levels == 1)
+
+
+def joins_blocks(spec: Specification, level: int) -> bool:
+    """Whether a level is asked for ways from one block to another, so that none stands alone."""
+    return is_first(spec, level) and spec.traffic != "out"
 
 
 def with_requirements(
-    problem: NetworkProblem, ground: Ground, spec: Specification, level: int, above: BoolArray
+    problem: NetworkProblem,
+    ground: Ground,
+    spec: Specification,
+    level: int,
+    above: BoolArray,
+    kept_exits: int = 0,
 ) -> NetworkProblem:
     """Add to the problem of a level what is asked of the network as a whole.
 
@@ -56,18 +76,19 @@ def with_requirements(
         `COLLECTOR` or `LOCAL`, or a level below.
     above
         Shape (e,). Streets designed already.
+    kept_exits
+        How many exits are kept for the levels below.
     """
-    first = level == COLLECTOR or (level == LOCAL and spec.levels == 1)
     soft = spec.rules == "planner"
     mesh = ground.mesh
     if spec.max_distance is not None:
         # the way out leads through the streets above, it does not end there
         problem = dataclasses.replace(problem, sinks=ground.sinks.copy())
-    if spec.exits is not None:
-        problem = _few_exits(problem, spec.exits, first, above)
+    exits = exits_allowed(ground, spec)
+    if exits is not None:
+        problem = with_exits_left(problem, ground, exits - kept_exits, level, above)
     found: list[Requirement] = list(problem.requirements)
-    # a link that an earlier block made is dropped; of routes the first block decides
-    if first and (spec.traffic == "within" or not above.any()):
+    if is_first(spec, level):
         found += _links(problem, ground, spec, soft)
     if spec.length_budget is not None:
         left = max(0.0, spec.length_budget - float(mesh.lengths[above].sum()))
@@ -85,44 +106,14 @@ def with_requirements(
     return dataclasses.replace(problem, requirements=tuple(found))
 
 
-def share_of_budget(problem: NetworkProblem, share: float) -> NetworkProblem:
-    """Return a problem that may spend a share of what its length budget allows."""
+def share_of_limits(problem: NetworkProblem, share: float) -> NetworkProblem:
+    """Return a problem that may spend a share of the metres and exits that are left."""
+    problem = share_of_exits(problem, share)
     found = [
         dataclasses.replace(r, most=r.most * share) if isinstance(r, LengthBudget) else r
         for r in problem.requirements
     ]
     return dataclasses.replace(problem, requirements=tuple(found))
-
-
-def _touched(problem: NetworkProblem, edges: BoolArray) -> BoolArray:
-    """Mark the vertices of edges."""
-    mark = np.zeros(len(problem.mesh.vertices), dtype=np.bool_)
-    mark[problem.mesh.edges[edges].ravel()] = True
-    return mark
-
-
-def _few_exits(problem: NetworkProblem, most: int, first: bool, above: BoolArray) -> NetworkProblem:
-    """Make every place where new streets can meet existing ones a place that counts.
-
-    The exits that the first level leaves over may be used by it in the next block; later levels
-    use those of the first.
-    """
-    doors = problem.sinks | _touched(problem, problem.existing & ~above)
-    inside = _touched(problem, above)
-    used = doors & inside
-    left = max(0, most - int(used.sum()))
-    options = np.flatnonzero(doors & ~inside & _touched(problem, problem.candidate))
-    if first and left and len(options):
-        count = ExitCount(tuple(options.tolist()), left, least=int(not used.any()))
-        sinks = problem.sinks.copy()
-        sinks[options] = True
-        return dataclasses.replace(
-            problem, sinks=sinks, requirements=(*problem.requirements, count)
-        )
-    shut = np.zeros(len(doors), dtype=np.bool_)
-    shut[options] = True
-    candidate = problem.candidate & ~shut[problem.mesh.edges].any(axis=1)
-    return dataclasses.replace(problem, candidate=candidate, required=problem.required & candidate)
 
 
 def _links(
@@ -155,8 +146,8 @@ def _through(
 ) -> list[Link]:
     """Lead a route without branches from edge to edge (CND figure 6d)."""
     mesh = ground.mesh
-    able = _touched(problem, problem.candidate) & mesh.boundary_vertices
-    able &= problem.sinks | _touched(problem, problem.existing)
+    able = touched(problem, problem.candidate) & mesh.boundary_vertices
+    able &= problem.sinks | touched(problem, problem.existing)
     doors = np.flatnonzero(able)
     if len(doors) < 2:
         raise InputError(
@@ -165,22 +156,53 @@ def _through(
             layer=ground.site.name,
             feature=ground.site.feature,
         )
-    pairs = [_ends(ground, doors, line, i, spec) for line, i in ground.preferences.routes]
-    pairs = pairs or [_farthest(ground, doors)]
+    drawn = [_ends(ground, doors, line, i, spec) for line, i in ground.preferences.routes]
     found = []
-    for a, b in pairs:
-        anyhow = Link(a, b, 1e9, hops=True, private=True)
-        shortest = corridor(problem, anyhow).shortest
-        if math.isinf(shortest):
+    for a, b in drawn:
+        one = _route(problem, a, b, spec.detour, penalty)
+        if one is None:
             raise InputError(
-                "No route can lead from one end to the other: obstacles, walls or forbidden "
-                "places cut the site.",
+                "No route can lead from one end to the other: obstacles, walls, streets or "
+                "forbidden places cut the site.",
                 "Give other ends, or take obstacles out that may be crossed.",
-                layer=ground.preferences.route_layer if ground.preferences.routes else "",
+                layer=ground.preferences.route_layer,
             )
-        limit = shortest + spec.detour
-        found.append(dataclasses.replace(anyhow, limit=limit, penalty=penalty))
-    return found
+        found.append(one)
+    return found or [_longest(problem, ground, doors, spec.detour, penalty)]
+
+
+def _route(problem: NetworkProblem, a: int, b: int, detour: float, penalty: float) -> Link | None:
+    """Return the route from one vertex to another, None where there can be none."""
+    anyhow = Link(a, b, 1e9, hops=True, private=True)
+    shortest = corridor(problem, anyhow).shortest
+    if math.isinf(shortest):
+        return None
+    return dataclasses.replace(anyhow, limit=shortest + detour, penalty=penalty)
+
+
+def _longest(
+    problem: NetworkProblem, ground: Ground, doors: IntArray, detour: float, penalty: float
+) -> Link:
+    """Return the route between the places farthest apart that one can join.
+
+    Arriving streets come first.
+    """
+    arriving = np.array([v for v in doors.tolist() if v in ground.arrivals], dtype=np.int64)
+    for among in (arriving, doors):
+        places = ground.mesh.vertices[among]
+        i, j = np.triu_indices(len(among), 1)
+        gaps = np.hypot(*(places[i] - places[j]).T)
+        for k in np.argsort(-gaps, kind="stable")[:TRIED].tolist():
+            one = _route(problem, int(among[i[k]]), int(among[j[k]]), detour, penalty)
+            if one is not None:
+                return one
+    raise InputError(
+        "No route can lead through this site: obstacles, walls, streets or forbidden places cut "
+        "it everywhere.",
+        "Take obstacles out that may be crossed, or ask for other traffic.",
+        layer=ground.site.name,
+        feature=ground.site.feature,
+    )
 
 
 def _ends(
@@ -199,6 +221,15 @@ def _ends(
                 layer=layer,
                 feature=feature,
             )
+        if gaps.min() > FARTHEST_MOVE * mesh.edge_length:
+            raise InputError(
+                f"One of its ends lies {gaps.min():.0f} m from the nearest place where streets "
+                "can leave the site.",
+                "Draw it from and to roads along the edge of the site, add the roads that are "
+                "missing, or let the whole boundary be the exit.",
+                layer=layer,
+                feature=feature,
+            )
         found.append(int(doors[gaps.argmin()]))
     if found[0] == found[1]:
         raise InputError(
@@ -208,13 +239,3 @@ def _ends(
             feature=feature,
         )
     return found[0], found[1]
-
-
-def _farthest(ground: Ground, doors: IntArray) -> tuple[int, int]:
-    """Return the two arriving streets farthest apart, or any two such places."""
-    arriving = np.array([v for v in doors.tolist() if v in ground.arrivals], dtype=np.int64)
-    among = arriving if len(arriving) > 1 else doors
-    places = ground.mesh.vertices[among]
-    gaps = np.hypot(*(places[:, None, :] - places[None, :, :]).transpose(2, 0, 1))
-    i, j = np.unravel_index(gaps.argmax(), gaps.shape)
-    return int(among[min(i, j)]), int(among[max(i, j)])

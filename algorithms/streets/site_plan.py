@@ -149,19 +149,19 @@ class StreetPlan:
         return json.dumps(result, sort_keys=True)
 
 
-def no_plan(site: Site, specification: Specification, error: PlatwrightError) -> StreetPlan:
+def no_plan(
+    failures: Sequence[tuple[Site, PlatwrightError]], specification: Specification
+) -> StreetPlan:
     """Return the plan of a run that gave none, for the layers that tell why.
 
     Parameters
     ----------
-    site
-        The site without a design.
+    failures
+        The sites without a design, and why each has none.
     specification
         What was asked.
-    error
-        Why there is none.
     """
-    return StreetPlan((), specification, 0.0, failures=((site, error),))
+    return StreetPlan((), specification, 0.0, failures=tuple(failures))
 
 
 def goes_on(point: AccessPoint, streets: Sequence[LineString]) -> bool:

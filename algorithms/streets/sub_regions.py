@@ -17,13 +17,14 @@ from ..progress import Deadline, Progress, Share
 from ..site.types import Site
 from .blocks import block_size
 from .drawing import draw_plan
+from .exits import exits_used
 from .fitting import edge_length
 from .given_levels import ACROSS, Division, across
 from .levels import LevelledNetwork
 from .program import COLLECTOR, LOCAL
 from .site_plan import SitePlan
 from .survey import Ground
-from .wishes import Wishes
+from .wishes import Whole, Wishes
 
 #: A sub-region narrower than this share of the block width is a block by itself.
 NARROW = 0.6
@@ -46,7 +47,8 @@ def design_parts(
     """Design every sub-region of a divided site, the largest first.
 
     Later ones may carry the streets of earlier ones on across a given street, and share what
-    these left over of the length budget by their area. The number of exits holds for each.
+    these left over of the length budget and of the exits by their area. New streets that meet a
+    given one inside the site do not leave it there.
 
     Parameters
     ----------
@@ -74,31 +76,24 @@ def design_parts(
         If the run was cancelled before the first sub-region had a design.
     """
     asked = part_specification(division, spec)
-    if division.deepest >= LOCAL and not asked.cul_de_sacs:
-        progress.warn(
-            f"{division.site.name}: collectors and local streets are given, and no culs-de-sac "
-            "are asked for: nothing is left to design."
-        )
-    if asked.exits is not None and len(division.parts) > 1:
-        progress.warn(
-            f"{division.site.name}: each of the {len(division.parts)} sub-regions between given "
-            f"streets may have {asked.exits} exits; those to given streets count."
-        )
-    budget = asked.length_budget
+    _remarks(division, asked, progress)
+    budget, exits = asked.length_budget, asked.exits
     deadline = Deadline(max(1.0, seconds), progress)
     whole = left = sum(part.polygon.area for part in division.parts)
     ends: list[tuple[tuple[float, float], tuple[float, float]]] = []
     plans: list[SitePlan] = []
     stopped = False
     for part in division.parts:
-        share = max(1.0, deadline.left * part.polygon.area / left)
+        size = part.polygon.area / left
+        share = max(1.0, deadline.left * size)
         begin = 1 - left / whole
-        asked = _with_budget(asked, budget, part.polygon.area / left)
+        asked = _with_budget(asked, budget, size)
         left -= part.polygon.area
         within = Share(progress, begin, 1 - left / whole)
         points = (*part.access_points, *across(division, part, ends))
         one = dataclasses.replace(part, access_points=points)
-        own = _of_part(one, division, wishes, asked)
+        most = None if exits is None else math.ceil(exits * size - 1e-9)
+        own = _of_part(one, division, wishes, asked, most)
         this = asked
         if wishes.preferences.routes and not own.preferences.routes:
             this = dataclasses.replace(asked, traffic="out")  # the routes lead elsewhere
@@ -121,10 +116,26 @@ def design_parts(
                 blank(one, stopped), asked, only_mesh=given or stopped, progress=within
             )
         budget = _left_of_budget(budget, plan)
+        if exits is not None:
+            exits = max(0, exits - exits_used(plan.network.ground, plan.network.level > 0))
         ends += _ends(plan)
         real = tuple(p for p in plan.arrivals if p.kind != ACROSS)
         plans.append(dataclasses.replace(plan, arrivals=real, division=division))
     return plans
+
+
+def _remarks(division: Division, asked: Specification, progress: Progress) -> None:
+    """Say what is not designed, or not asked for, because of the given streets."""
+    if division.deepest >= LOCAL and not asked.cul_de_sacs:
+        progress.warn(
+            f"{division.site.name}: collectors and local streets are given, and no culs-de-sac "
+            "are asked for: nothing is left to design."
+        )
+    if asked.traffic == "within" and len(division.parts) > 1:
+        progress.warn(
+            f"{division.site.name}: ways within the site are asked for inside each of its "
+            f"{len(division.parts)} sub-regions; from one to another the given streets lead."
+        )
 
 
 def _with_budget(spec: Specification, budget: float | None, share: float) -> Specification:
@@ -154,7 +165,9 @@ def _one_block(part: Site, division: Division, spec: Specification) -> bool:
     return division.deepest >= LOCAL or width < NARROW * spec.block_width
 
 
-def _of_part(part: Site, division: Division, wishes: Wishes, spec: Specification) -> Wishes:
+def _of_part(
+    part: Site, division: Division, wishes: Wishes, spec: Specification, exits: int | None
+) -> Wishes:
     """Keep what concerns a sub-region; required streets are cut at given ones."""
     own = wishes.of_site(part, [part, *(p for p in division.parts if p.polygon != part.polygon)])
     edge = shapely.buffer(part.polygon.boundary, LAST)
@@ -185,6 +198,7 @@ def _of_part(part: Site, division: Division, wishes: Wishes, spec: Specification
         preferences=preferences,
         start=start,
         given=given,
+        whole=Whole(division.site.polygon.boundary, exits),
     )
 
 

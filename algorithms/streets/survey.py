@@ -18,7 +18,7 @@ from ..site.types import AccessPoint, Site
 from .adopt import existing_lines, right_of_way
 from .earlier import start_levels
 from .preferences import Preferences, check_elevation, edge_prices
-from .wishes import TOUCH, Wishes, nearest_vertex, required_edges, sink_vertex
+from .wishes import TOUCH, Whole, Wishes, nearest_vertex, required_edges, sink_vertex
 
 #: A street is carried on to a centre line over at most this many times the snap distance.
 CARRY = 1.5
@@ -65,6 +65,8 @@ class Ground:
         Shape (e,). Factors on the cost of streets that follow from the preferences.
     start
         Shape (e,). Level of the street of an earlier design along each edge, see `start_levels`.
+    whole
+        The site of which this is a sub-region; None where it is all of it.
     """
 
     site: Site
@@ -81,6 +83,7 @@ class Ground:
     preferences: Preferences = field(default_factory=Preferences)
     prices: FloatArray | None = None
     start: IntArray | None = None
+    whole: Whole | None = None
 
     @property
     def free(self) -> BoolArray:
@@ -186,6 +189,7 @@ def survey(
         wishes.preferences,
         edge_prices(mesh, wishes.preferences, spec.slope_weight),
         start_levels(mesh, wishes.start) if wishes.start else None,
+        wishes.whole,
     )
 
 
@@ -307,8 +311,11 @@ def _sinks(
     mark = np.zeros(len(mesh.vertices), dtype=np.bool_)
     if spec.sink_mode in ("streets", "boundary"):
         mark[mesh.edges[street].ravel()] = True
-        # where the outline was cleaned, the true edge may run through an inner vertex
-        at_edge = shapely.distance(shapely.points(mesh.vertices), site.street_frontage) < 1.0
+        # where the outline was cleaned, the true edge may run through an inner vertex, and so may
+        # a street that runs along it on the inner side
+        here = shapely.points(mesh.vertices)
+        at_edge = shapely.distance(here, site.street_frontage) < 1.0
+        at_edge |= shapely.distance(here, existing_lines(site)) < 1.0
         mark |= at_edge & ~mesh.boundary_vertices
         remedy = (
             "Add the road layer, enlarge the snap distance so that roads beside the site are "

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import shapely
 
 from ..mesh import QuadMesh
 from ..network.checks.facts import Violation, facts_of
 from ..network.checks.requirements import check_requirements
+from ..network.requirements.links import Link
 from .levels import LevelledNetwork
 
 #: What is wrong, for a planner, by the kind of requirement.
@@ -21,8 +24,30 @@ TEXTS: Mapping[str, str] = {
 }
 
 
-def unmet_requirements(network: LevelledNetwork) -> list[tuple[shapely.Point, str]]:
+@dataclass(frozen=True)
+class Remark:
+    """Something that a planner asked for and has otherwise, or not at all.
+
+    Attributes
+    ----------
+    point
+        Where, in the working CRS.
+    problem
+        What is wrong there.
+    action
+        What was done about it, or could be.
+    """
+
+    point: shapely.Point
+    problem: str
+    action: str
+
+
+def unmet_requirements(network: LevelledNetwork) -> list[Remark]:
     """List where soft requirements are broken, as the independent check sees it.
+
+    Ends of through routes that were moved by more than a mesh edge are listed, too, and blocks
+    for which the last level found nothing.
 
     Parameters
     ----------
@@ -31,18 +56,64 @@ def unmet_requirements(network: LevelledNetwork) -> list[tuple[shapely.Point, st
 
     Returns
     -------
-    list of tuple
-        Place in the working CRS, and what is wrong there; each once.
+    list of Remark
+        Each once.
     """
-    found: dict[tuple[float, float, str], shapely.Point] = {}
+    found: dict[tuple[float, float, str], Remark] = {}
+    for remark in (*_broken(network), *_moved(network), *_left(network)):
+        found.setdefault((remark.point.x, remark.point.y, remark.problem), remark)
+    return list(found.values())
+
+
+def _broken(network: LevelledNetwork) -> Iterator[Remark]:
+    """Yield the violations of requirements."""
     for solved in network.solved:
         problem = solved.problem
         if not problem.requirements:
             continue
         for broken in check_requirements(problem, facts_of(problem, solved.design.active)):
-            place = _place(broken, problem.mesh)
-            found[place.x, place.y, TEXTS.get(broken.kind, broken.text)] = place
-    return [(place, text) for (_, _, text), place in found.items()]
+            yield Remark(
+                _place(broken, problem.mesh),
+                TEXTS.get(broken.kind, broken.text),
+                "left so: it would cost more than it is worth, or cannot be had",
+            )
+
+
+def _moved(network: LevelledNetwork) -> Iterator[Remark]:
+    """Yield the ends of drawn routes that begin or end elsewhere."""
+    routes = [
+        (link, solved.problem.mesh)
+        for solved in network.solved
+        for link in solved.problem.requirements
+        if isinstance(link, Link) and link.private
+    ]
+    for line, feature in network.ground.preferences.routes:
+        ends = [shapely.Point(line.coords[i][:2]) for i in (0, -1)]
+        pairs = []
+        for link, mesh in routes:
+            goals = [shapely.Point(mesh.vertices[v]) for v in (link.start, link.end)]
+            pairs.append(([a.distance(b) for a, b in zip(ends, goals)], mesh.edge_length))
+        gaps, cell = min(pairs, key=lambda pair: sum(pair[0]), default=([0.0, 0.0], math.inf))
+        for end, gap in zip(ends, gaps):
+            if gap > cell:
+                yield Remark(
+                    end,
+                    f"Through route {feature} begins or ends {gap:.0f} m from here, where it was "
+                    "drawn.",
+                    "moved to the nearest place where streets can leave the site; draw its end at "
+                    "a road, or add the road that is missing",
+                )
+
+
+def _left(network: LevelledNetwork) -> Iterator[Remark]:
+    """Yield the blocks for which the last level found nothing."""
+    for place in network.left:
+        yield Remark(
+            place,
+            "No culs-de-sac could be found for this block.",
+            "left with the streets of the levels above; allow more time, or give the rules that "
+            "are in the way a price",
+        )
 
 
 def _place(broken: Violation, mesh: QuadMesh) -> shapely.Point:

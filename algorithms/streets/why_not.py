@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import shapely
 
-from ..errors import InfeasibleError
+from ..errors import InfeasibleError, PlatwrightError
 from ..mesh import QuadMesh
 from ..network.problem import NetworkProblem
 from ..network.why.whynot import Diagnosis
+from ..site.types import Site
 
 #: No more than so many places are told of one reason.
 MOST = 100
@@ -36,17 +37,44 @@ class Place:
 
 
 class NoDesignError(InfeasibleError):
-    """A site has no design; the places say where and why.
+    """A site has no design, or several have none; the places say where and why.
 
     Attributes
     ----------
     places
-        Places in the working CRS of the site.
+        Places in the working CRS of the site; those of the first of several sites that has any.
+    failures
+        The sites without a design and the error of each; those of one site are this error.
     """
 
     def __init__(self, error: InfeasibleError, places: Sequence[Place]) -> None:
         super().__init__(str(error), error.diagnosis)
         self.places = tuple(places)
+        self.failures: tuple[tuple[Site, PlatwrightError], ...] = ()
+
+
+def no_design(failures: Sequence[tuple[Site, PlatwrightError]]) -> PlatwrightError:
+    """Return the error of a run in which no site has a design.
+
+    Parameters
+    ----------
+    failures
+        The sites, at least one, and the error of each.
+
+    Returns
+    -------
+    PlatwrightError
+        Where one of them has places, a `NoDesignError` that holds them all; else the first.
+    """
+    placed = [error for _, error in failures if isinstance(error, NoDesignError)]
+    if not placed:
+        return failures[0][1]
+    found = placed[0]
+    if len(failures) > 1:
+        text = " ".join(f"{site.name}: {error}" for site, error in failures)
+        found = NoDesignError(InfeasibleError(text, placed[0].diagnosis), placed[0].places)
+    found.failures = tuple(failures)
+    return found
 
 
 def located(error: InfeasibleError, problem: NetworkProblem) -> InfeasibleError:

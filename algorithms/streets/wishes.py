@@ -23,6 +23,22 @@ FAR = 10_000.0
 TOUCH = 1.0
 
 
+@dataclass(frozen=True, eq=False)
+class Whole:
+    """What a sub-region has to know of the site that it is a part of.
+
+    Attributes
+    ----------
+    edge
+        Outline of the whole site, metres.
+    exits
+        How many of the exits of the site the sub-region may have; None for any.
+    """
+
+    edge: shapely.Geometry
+    exits: int | None = None
+
+
 @dataclass(frozen=True)
 class Wishes:
     """Places that a planner names on top of the site, in the working CRS (metres).
@@ -47,6 +63,8 @@ class Wishes:
         Their feature ids and layer names by level, for messages.
     sink_ids, required_ids, sink_layer, required_layer
         Feature ids and layer names of the sinks and required lines, for messages.
+    whole
+        The site of which a sub-region is designed; None where it is all of it.
     """
 
     sinks: Sequence[tuple[float, float]] = ()
@@ -62,6 +80,7 @@ class Wishes:
     given: Mapping[int, Sequence[LineString]] = field(default_factory=dict)
     given_ids: Mapping[int, Sequence[int | str]] = field(default_factory=dict)
     given_layers: Mapping[int, str] = field(default_factory=dict)
+    whole: Whole | None = None
 
     def sink_id(self, i: int) -> int | str:
         """Feature id of a sink, its number where none is given."""

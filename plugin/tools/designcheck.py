@@ -9,6 +9,9 @@ from typing import Any
 from ...algorithms.errors import CancelledError
 from ..progress import FeedbackProgress
 
+#: The level that covers the ground; culs-de-sac serve what is left too deep.
+LOCAL = 3
+
 
 def check_design(
     found: dict[str, Any],
@@ -49,7 +52,7 @@ def check_design(
             sinks=_exits(plan),
             required=given["REQUIRED"],
             forbidden=given["FORBIDDEN"],
-            **_covered(plan, scale),
+            **_covered(plan),
             **_limits(plan),
             edge_length=scale,
             dead_ends=asked.dead_ends,
@@ -83,18 +86,26 @@ def _prices(asked: Any) -> dict[str, float]:
     return {name: implied[name] if value is None else value for name, value in given.items()}
 
 
-def _covered(plan: Any, scale: float) -> dict[str, Any]:
+def _covered(plan: Any) -> dict[str, Any]:
     """Return the ranges that are asked in metres; none where the rules ask for no certain one.
 
-    Vertices of the mesh must be in range, along its edges or straight. The ground between them
-    is up to half a diagonal of a cell away from the nearest.
+    Vertices of the mesh of local streets must be in range, along its edges or straight; that of
+    culs-de-sac is finer. The ground between them is up to half a diagonal of a cell away from the
+    nearest.
     """
     asked = plan.specification
     if asked.rules != "paper":
         return {"coverage_m": None}
     metric = asked.coverage is not None and asked.coverage_unit != "edges"
+    meshes = [
+        solved.problem.mesh
+        for own in plan.plans
+        for solved in own.network.solved
+        if solved.level == LOCAL
+    ] or [own.network.ground.mesh for own in plan.plans]
+    scale = min(mesh.edge_length for mesh in meshes)
     reach = asked.coverage if metric else (asked.coverage or 1.0) * scale
-    longest = max(float(own.network.ground.mesh.lengths.max()) for own in plan.plans)
+    longest = max(float(mesh.lengths.max()) for mesh in meshes)
     slack = math.sqrt(0.5) * longest
     return {
         "coverage_m": float(reach + slack),
@@ -123,13 +134,11 @@ def _limits(plan: Any) -> dict[str, Any]:
     """Return what is asked of the network as a whole.
 
     The planner's rules price long ways, near junctions and streets that are the only way to a
-    place, those of the paper forbid them. Where given streets divide a site each part has its
-    own exits, which the streets as a whole do not tell apart.
+    place, those of the paper forbid them.
     """
     asked = plan.specification
-    divided = any(own.division is not None for own in plan.plans)
     return {
-        "exits_most": None if divided else asked.exits,
+        "exits_most": asked.exits,
         "length_budget_m": asked.length_budget,
         "max_distance_m": asked.max_distance,
         "junction_spacing_m": asked.junction_spacing,

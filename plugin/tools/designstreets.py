@@ -180,7 +180,7 @@ class DesignStreets(Tool):
         except NoDesignError as error:
             # the reasons are worth a map: the layer of problems tells where they lie
             progress.warn(f"{error} The layer of problems shows the places.")
-            plan = no_plan(prepared.sites[0], asked[0], error)
+            plan = no_plan(error.failures, asked[0])
         if plan.stopped == "cancelled":
             gap = plan.numbers["ACHIEVED_GAP"]
             progress.warn(

@@ -191,15 +191,19 @@ def test_streets_that_leave_at_one_place_use_one_exit():
     assert [p for p in found(apart, exits_most=1) if p[0] == "exits"] == []
 
 
-def test_streets_inside_that_are_kept_count_as_existing():
+@pytest.mark.parametrize(("y", "exits"), [(80, 1), (20, 2)])
+def test_where_a_kept_street_deep_inside_is_met_no_street_leaves(y, exits):
+    """Within the snap distance of the edge a street is one at the edge."""
     streets = layer(
-        line((0, 80), (100, 80)),
-        line((100, 80), (240, 80)),
-        line((100, 80), (100, 160)),
+        line((0, y), (100, y)),
+        line((100, y), (240, y)),
+        line((100, y), (100, 160)),
         status=["existing", "existing", "new"],
     )
-    problems = checked(streets, exits_most=1).problems
-    assert "in 2 places" in problems["text"].iloc[0]
+    assert not [p for p in found(streets, exits_most=exits) if p[0] == "exits"]
+    if exits > 1:
+        problems = checked(streets, exits_most=1).problems
+        assert "in 2 places" in problems["text"].iloc[0]
 
 
 def test_each_site_has_its_own_exits_and_budget():

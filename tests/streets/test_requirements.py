@@ -12,6 +12,8 @@ from platwright.errors import InputError
 from platwright.network.checks.validation import check_design
 from platwright.network.requirements.base import View
 from platwright.network.specification import Specification
+from platwright.progress import Silent
+from platwright.site import BoundaryStreet
 from platwright.streets import Preferences, StreetPlan, Wishes, design_streets, plan_layers
 from shapely.geometry import LineString
 
@@ -136,6 +138,94 @@ def test_a_route_that_ends_inside_is_refused():
         plan_of(site, dataclasses.replace(PAPER, traffic="through"), preferences=route)
     assert "Routes" in str(caught.value)
     assert "9" in str(caught.value)
+
+
+def test_a_route_that_would_end_far_from_where_streets_can_leave_is_refused():
+    site = make_site(shapely.box(0, 0, 432, 432), frontage=[LineString([(0, 0), (432, 0)])])
+    line = LineString([(216, 0), (216, 432)])
+    route = Preferences(routes=[(line, 9)], route_layer="Routes")
+    with pytest.raises(InputError, match="432 m from the nearest place") as caught:
+        plan_of(site, Specification(traffic="through", time_limit=3.0), preferences=route)
+    assert "Layer 'Routes', feature 9" in str(caught.value)
+
+
+@pytest.mark.parametrize(("top", "moved"), [(300, True), (432, False)])
+def test_the_end_of_a_route_that_is_moved_is_told(top, moved):
+    """The street along the west side ends at `top`, the route is drawn from near its north end."""
+    south, west = LineString([(0, 0), (432, 0)]), LineString([(0, 0), (0, top)])
+    site = make_site(shapely.box(0, 0, 432, 432), frontage=[south, west])
+    line = LineString([(360, 0), (216, 250), (0, 425)])
+    spec = Specification(traffic="through", gap=0.4, time_limit=4.0)
+    plan = plan_of(site, spec, preferences=Preferences(routes=[(line, 9)]))
+    problems = plan_layers(StreetPlan((plan,), plan.specification, 1.0))["problems"]
+    rows = problems[problems["problem"].str.contains("Through route 9")]
+    assert len(rows) == moved
+    if moved:
+        (row,) = rows.itertuples()
+        assert (row.geometry.x, row.geometry.y) == pytest.approx((0, 425))
+        away = int(row.problem.split(" m from here")[0].split()[-1])
+        xy = plan.network.ground.mesh.vertices
+        doors = [v for v in exits_or_doors(plan) if xy[v][0] < 1]
+        assert away == round(min(np.hypot(*(xy[v] - (0, 425))) for v in doors))
+        assert 72 < away < 216
+
+
+def exits_or_doors(plan):
+    """Vertices on existing streets."""
+    ground = plan.network.ground
+    return sorted(set(ground.mesh.edges[ground.street].ravel().tolist()))
+
+
+def test_without_a_drawn_route_one_leads_where_one_can():
+    """The streets that arrive farthest apart are cut off from each other by an obstacle."""
+    site = make_site(
+        shapely.box(0, 0, 720, 216),
+        obstacles=(shapely.box(325, -10, 395, 226),),
+    )
+    spec = Specification(traffic="through", gap=0.4, time_limit=4.0)
+    plan = plan_of(site, spec)
+    (route,) = {
+        (r.start, r.end)
+        for s in plan.network.solved
+        for r in s.problem.requirements
+        if r.kind == "through route"
+    }
+    x = plan.network.ground.mesh.vertices[list(route), 0]
+    assert (x < 360).all() or (x > 360).all()
+
+
+def test_links_across_a_kept_street_are_asked_of_both_sides():
+    """The street divides the site into blocks; where links join them these are one program."""
+    kept = BoundaryStreet(LineString([(216, 0), (216, 432)]))
+    site = make_site(shapely.box(0, 0, 432, 432), inner=(kept,))
+    within = dataclasses.replace(PAPER, traffic="within", patch_size=144.0)
+    plan = plan_of(site, within)
+    (solved,) = plan.network.solved
+    links = [r for r in solved.problem.requirements if r.kind == "link"]
+    x = plan.network.ground.mesh.vertices[:, 0]
+    assert any((x[r.start] - 216) * (x[r.end] - 216) < 0 for r in links)
+    graph = graph_of(plan)
+    for link in links:
+        assert nx.shortest_path_length(graph, link.start, link.end) <= link.limit
+
+
+def test_links_of_a_divided_site_are_told_to_stay_inside_its_parts():
+    site = make_site(shapely.box(0, 0, 720, 360))
+    told = Told()
+    wishes = Wishes(given={1: [LineString([(300, 0), (300, 360)])]})
+    spec = Specification(traffic="within", gap=0.5, levels=1, time_limit=4.0)
+    design_streets([site], spec, wishes=wishes, progress=told)
+    assert any("inside each of its 2 sub-regions" in text for text in told.warnings)
+
+
+class Told(Silent):
+    """Keeps the warnings."""
+
+    def __init__(self) -> None:
+        self.warnings: list[str] = []
+
+    def warn(self, text: str) -> None:
+        self.warnings.append(text)
 
 
 @pytest.mark.parametrize("rules", ["planner", "paper"])
