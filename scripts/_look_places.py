@@ -165,7 +165,7 @@ def place_of(where: Where, streets: gpd.GeoDataFrame, main: gpd.GeoDataFrame) ->
         ground = shapely.union_all(faces[near])
     else:
         large = shapely.polygonize([shapely.union_all(main.geometry.to_numpy(), grid_size=0.01)])
-        ground = next(face for face in shapely.get_parts(large) if face.contains(middle))
+        ground = max(shapely.get_parts(large), key=lambda face: face.contains(middle))
     ground = max(shapely.get_parts(ground), key=lambda part: part.area)
     ground = shapely.Polygon(ground.exterior)
     within = shapely.length(shapely.intersection(noded, ground.buffer(-OWN)))

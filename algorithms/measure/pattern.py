@@ -235,15 +235,19 @@ def pattern_grain(
 
 def _together(streets: gpd.GeoDataFrame, existing: gpd.GeoDataFrame) -> StreetLayer:
     """Read new and existing streets as one layer, in the CRS of the new ones."""
-    crs = layer_crs(existing if not len(streets) else streets, "Streets")
-    if "status" in streets.columns:
-        streets = streets[~streets["status"].isin(EXISTING)]
-    parts = [
-        gpd.GeoDataFrame({"status": [status] * len(frame)}, geometry=shapes, crs=crs)
-        for frame, status in ((streets, "new"), (existing, EXISTING[0]))
-        for shapes in (frame.geometry.to_crs(crs).to_numpy(),)
-    ]
-    return read_streets(gpd.GeoDataFrame(pd.concat(parts, ignore_index=True), crs=crs), "Streets")
+    named = (("Streets", streets, "new"), ("Existing streets", existing, EXISTING[0]))
+    full = [entry for entry in named if len(entry[1])] or [*named[:1]]
+    given = [layer_crs(frame, name) for name, frame, _ in full]
+    parts = []
+    for _, frame, status in full:
+        mine = frame
+        if status == "new" and "status" in frame.columns:
+            mine = frame[~frame["status"].isin(EXISTING)]
+        shapes = mine.geometry.to_crs(given[0]).to_numpy()
+        words = {"status": [status] * len(mine)}
+        parts.append(gpd.GeoDataFrame(words, geometry=shapes, crs=given[0]))
+    together = gpd.GeoDataFrame(pd.concat(parts, ignore_index=True))
+    return read_streets(together, "Streets")
 
 
 def _inside(layer: StreetLayer, site: shapely.Geometry) -> BoolArray:

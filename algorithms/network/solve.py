@@ -30,6 +30,7 @@ def solve(
     start: Optional[BoolArray] = None,
     iterations: Optional[int] = None,
     progress: Optional[Progress] = None,
+    explain: bool = True,
 ) -> Design:
     """Design a network.
 
@@ -53,6 +54,8 @@ def solve(
         of a bound ends the search. Of "cpsat" only; None for no limit.
     progress
         Told incumbents and bounds, asked for cancellation.
+    explain
+        Whether an `InfeasibleError` is to say why, which takes up to some seconds more.
 
     Returns
     -------
@@ -69,26 +72,39 @@ def solve(
     MissingDependencyError
         If "cpsat" is asked for and OR-Tools is not installed.
     CancelledError
-        If the run was cancelled before there was any design.
+        If the run was cancelled before there was any design; a valid start is one.
     """
     by_cp = _uses_cp(solver)
     deadline = Deadline(time_limit, progress)
     check = patience(lambda: progress is not None and progress.cancelled())
+    begin = None if start is None else np.asarray(start, dtype=bool)
     try:
         index = structure(problem, check=check)
         evaluator = Evaluator(problem, check)
     except CancelledError:
-        raise CancelledError(TOO_EARLY) from None
+        return _unchanged(problem, begin, deadline)
     run = Incumbent(evaluator, deadline, gap, progress, cost_grain(index))
     run.raise_bound(index.fixed)
-    if start is not None:
-        run.take(np.asarray(start, dtype=bool))
+    if begin is not None:
+        run.take(begin)
     if index.conflicts or not _search(run, index, seed, solver, by_cp, iterations):
+        if not explain:
+            raise InfeasibleError("No street network satisfies all rules at once.")
         found = diagnose(problem, by_cp=by_cp, seed=seed, progress=progress)
         raise InfeasibleError(found.text, found)
     if run.best is None:
         raise no_design_yet(run)
     run.report()
+    return run.design()
+
+
+def _unchanged(problem: NetworkProblem, begin: Optional[BoolArray], deadline: Deadline) -> Design:
+    """Return the start as the design of a run that is cancelled at once."""
+    if begin is None:
+        raise CancelledError(TOO_EARLY) from None
+    run = Incumbent(Evaluator(problem), deadline, progress=None)
+    if not run.take(begin):
+        raise CancelledError(TOO_EARLY) from None
     return run.design()
 
 

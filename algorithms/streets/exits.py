@@ -16,7 +16,9 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from ..network.problem import BoolArray, NetworkProblem
+from ..network.requirements.base import Requirement
 from ..network.requirements.exits import ExitCount
+from ..network.requirements.links import Link
 from ..network.requirements.reach import MaxDistance
 from ..network.specification import Specification
 from .adopt import existing_lines
@@ -161,6 +163,8 @@ def without_exits(problem: NetworkProblem) -> NetworkProblem | None:
     counts = [r for r in problem.requirements if isinstance(r, ExitCount)]
     if not counts or any(r.least for r in counts):
         return None
+    if any(isinstance(r, Link) and r.hard for r in problem.requirements):
+        return None  # a route from exit to exit cannot be made without them
     shut = np.zeros(len(problem.mesh.vertices), dtype=np.bool_)
     for count in counts:
         shut[list(count.options)] = True
@@ -172,14 +176,27 @@ def without_exits(problem: NetworkProblem) -> NetworkProblem | None:
     return dataclasses.replace(problem, candidate=candidate, requirements=rest)
 
 
-def share_of_exits(problem: NetworkProblem, share: float) -> NetworkProblem:
-    """Return the problem of a block that may use a share of the exits that are left, rounded up."""
-    found = [
-        dataclasses.replace(r, most=math.ceil(r.most * share - 1e-9))
-        if isinstance(r, ExitCount) and r.most > 0
-        else r
-        for r in problem.requirements
-    ]
+def exits_demanded(problem: NetworkProblem) -> int:
+    """Count the exits that required streets need."""
+    counts = [r for r in problem.requirements if isinstance(r, ExitCount)]
+    needed = touched(problem, problem.required)
+    return sum(int(needed[list(count.options)].sum()) for count in counts)
+
+
+def share_of_exits(problem: NetworkProblem, share: float, elsewhere: int = 0) -> NetworkProblem:
+    """Return the problem of a block that may use a share of the exits that are left, rounded up.
+
+    It may use as many as its own required streets need, and leaves those that are needed
+    elsewhere.
+    """
+    needed = exits_demanded(problem)
+    found: list[Requirement] = []
+    for r in problem.requirements:
+        if isinstance(r, ExitCount) and r.most > 0:
+            most = min(math.ceil(r.most * share - 1e-9), r.most - elsewhere)
+            found.append(dataclasses.replace(r, most=min(r.most, max(0, most, needed))))
+        else:
+            found.append(r)
     return dataclasses.replace(problem, requirements=tuple(found))
 
 

@@ -65,7 +65,8 @@ def mesh_choices(
 
     With the planner's rules these are cells of several sizes on a small site, where designing
     takes well under a second; the one whose cells fit best on a large one. Where the asked block
-    length is no whole number of widths, cells of the right length come first, see `cells`.
+    length is no whole number of widths, cells of the right length come first on a small site, see
+    `cells`.
 
     Parameters
     ----------

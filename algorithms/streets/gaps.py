@@ -54,6 +54,9 @@ def _between_junctions(mesh: QuadMesh, ways: Sequence[Sequence[int]]) -> Iterato
         np.add.at(degree, [*way[:-1], *way[1:]], 1)
     stop = (degree >= 3) | mesh.boundary_vertices
     for way in ways:
+        first = next((i for i, v in enumerate(way) if stop[v]), 0)
+        if way[0] == way[-1] and first:
+            way = [*way[first:-1], *way[: first + 1]]  # a ring begins at a junction
         cuts = [i for i, v in enumerate(way) if stop[v]]
         for a, b in zip(cuts, cuts[1:]):
             part = way[a : b + 1]

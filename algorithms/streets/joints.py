@@ -144,8 +144,10 @@ def connectors(ground: Ground, level: IntArray, alignment: Alignment) -> list[Co
         active = [int(e) for e in mesh.vertex_edges[v] if level[e] > 0]
         if not active:
             continue
-        meets = any(beside.intersects(LineString(alignment.lines[e])) for e in active)
-        if at_edge[v] and (meets or len(active) > 1):
+        if at_edge[v] and (
+            len(active) > 1
+            or any(beside.intersects(LineString(alignment.lines[e])) for e in active)
+        ):
             continue  # it meets the street already, or passes the edge and goes on
         line = alignment.lines[active[0]]
         line = line if mesh.edges[active[0], 1] == v else line[::-1]

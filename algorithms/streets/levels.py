@@ -17,7 +17,7 @@ from ..network.problem import BoolArray, Design, IntArray, NetworkProblem
 from ..network.specification import Specification
 from ..progress import Deadline, Progress, SearchState, Silent
 from .earlier import UNKNOWN
-from .exits import exits_allowed, out_of_reach
+from .exits import exits_allowed, exits_demanded, out_of_reach
 from .program import COLLECTOR, CUL_DE_SAC, LOCAL, asked_at, level_problem
 from .requirements import joins_blocks, share_of_limits, with_requirements
 from .solving import Solved, solve_level
@@ -161,10 +161,16 @@ def _collectors(
         seconds = time_share(spec, COLLECTOR) * deadline.left
         try:
             found = solve_level(problem, at, seconds, told, "collectors", begin)
-        except InfeasibleError:
-            limited = exits is not None or spec.max_distance is not None
-            if not limited or at.traffic != "out" or told.cancelled():
+        except CancelledError:
+            if best is None:
                 raise
+            break
+        except InfeasibleError as error:
+            limited = exits is not None or spec.max_distance is not None
+            if best is None and (not limited or at.traffic != "out" or told.cancelled()):
+                raise
+            if error.diagnosis is not None:
+                break  # with fewer exits there is none either
             continue
         found = dataclasses.replace(found, level=COLLECTOR)
         lost = 0
@@ -272,17 +278,25 @@ def _by_block(
             progress.warn(f"Cancelled: the blocks that were not reached have no {BUILT[which]}.")
             done.cancelled = True
             break
-        problem = restrict(whole or _asked(ground, spec, which, level > 0), group)
+        asked = whole or _asked(ground, spec, which, level > 0)
+        problem = restrict(asked, group)
         if not problem.candidate.any() or (whole is not None and not problem.cover):
+            continue
+        if which == CUL_DE_SAC and deadline.passed():
+            done.left.append(_middle(ground, group))
+            progress.warn(_without(ground, done.left[-1], "There was no time left."))
             continue
         name = f"{BUILT[which].capitalize()}, block {i + 1} of {len(groups)}"
         progress.stage(name, (0.6 if which == LOCAL else 0.8) + width * i / len(groups))
         part = sizes[i] / max(1, sum(sizes[i:]))
-        problem = share_of_limits(problem, part)
+        elsewhere = exits_demanded(asked) - exits_demanded(problem)
+        problem = share_of_limits(problem, part, elsewhere)
         share = max(1.0, deadline.left * part)
         try:
             at = asked_at(spec, which)
-            one = solve_level(problem, at, share, progress, name, _begin(ground, which))
+            begin = _begin(ground, which)
+            explain = which != CUL_DE_SAC
+            one = solve_level(problem, at, share, progress, name, begin, explain=explain)
         except CancelledError:
             if not (in_hand or done.solved):
                 raise
@@ -307,7 +321,7 @@ def _middle(ground: Ground, faces: frozenset[int]) -> shapely.Point:
     return shapely.point_on_surface(shapely.union_all(cells))
 
 
-def _without(ground: Ground, place: shapely.Point, error: InfeasibleError) -> str:
+def _without(ground: Ground, place: shapely.Point, error: InfeasibleError | str) -> str:
     """Say that a block has no culs-de-sac, and why."""
     return (
         f"{ground.site.name}: no culs-de-sac could be found for the block at x {place.x:.0f}, "

@@ -297,7 +297,7 @@ def _best_plan(
         choices = [mesh_of_start(choices, earlier)]
     tried: list[QuadMesh] = []
     best: tuple[float, SitePlan] | None = None
-    failure: MeshError | InfeasibleError | None = None
+    failures: list[MeshError | InfeasibleError | InputError] = []
     for i, make in enumerate(choices):
         if best is not None and (best[0] < GOOD_ENOUGH or deadline.passed()):
             break
@@ -313,15 +313,11 @@ def _best_plan(
             network = _network_on(site, spec, one, arrivals, wishes, left, part)
             part.stage(f"{site.name}: drawing streets and blocks", 0.92)
             plan = draw_plan(network, spec, arrivals, only_mesh=mesh is not None, progress=part)
-        except (MeshError, InfeasibleError) as error:
-            # what cannot be had on this mesh may be had on another
-            failure = failure if isinstance(failure, InfeasibleError) else error
-            if best is None and deadline.passed():
+        except (MeshError, InfeasibleError, InputError) as error:
+            # what cannot be had on this mesh may be had on another, but hardly on a third
+            failures.append(error)
+            if best is None and (deadline.passed() or sum(map(_is_proven, failures)) > 1):
                 break
-            continue
-        except InputError:
-            if best is None:
-                raise
             continue
         except CancelledError:
             if best is None:
@@ -331,8 +327,22 @@ def _best_plan(
         if best is None or score < best[0] - 1e-9:
             best = score, plan
     if best is None:
-        raise failure or MeshError(f"No candidate mesh could be made of {site.name}.")
+        if not failures:
+            raise MeshError(f"No candidate mesh could be made of {site.name}.")
+        raise min(failures, key=_rank)
     return best[1]
+
+
+def _is_proven(error: Exception) -> bool:
+    """Whether an error says that what is asked cannot be, not that it was not found."""
+    return isinstance(error, InputError) or getattr(error, "diagnosis", None) is not None
+
+
+def _rank(error: Exception) -> int:
+    """Tell which of several errors says most: the least number."""
+    if isinstance(error, InfeasibleError):
+        return 0 if error.diagnosis is not None else 1
+    return 2 if isinstance(error, InputError) else 3
 
 
 def _met(mesh: QuadMesh, arrivals: Sequence[AccessPoint]) -> QuadMesh:

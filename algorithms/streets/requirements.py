@@ -106,9 +106,19 @@ def with_requirements(
     return dataclasses.replace(problem, requirements=tuple(found))
 
 
-def share_of_limits(problem: NetworkProblem, share: float) -> NetworkProblem:
-    """Return a problem that may spend a share of the metres and exits that are left."""
-    problem = share_of_exits(problem, share)
+def share_of_limits(problem: NetworkProblem, share: float, elsewhere: int = 0) -> NetworkProblem:
+    """Return a problem that may spend a share of the metres and exits that are left.
+
+    Parameters
+    ----------
+    problem
+        The problem of a block.
+    share
+        Its part of what is left, above 0 and at most 1.
+    elsewhere
+        Exits that required streets of other blocks need.
+    """
+    problem = share_of_exits(problem, share, elsewhere)
     found = [
         dataclasses.replace(r, most=r.most * share) if isinstance(r, LengthBudget) else r
         for r in problem.requirements

@@ -14,7 +14,7 @@ from ..network.evaluate import Evaluator
 from ..network.problem import BoolArray, Clause, Design, NetworkProblem
 from ..network.solve import solve
 from ..network.specification import FORBID, Specification
-from ..progress import Deadline, Progress
+from ..progress import Deadline, Progress, SearchState, Share
 from .exits import without_exits
 from .program import LOCAL
 from .why_not import located
@@ -47,6 +47,8 @@ def solve_level(
     progress: Progress,
     name: str,
     start: BoolArray | None = None,
+    *,
+    explain: bool = True,
 ) -> Solved:
     """Solve one problem, then again as long as rings on stems can be avoided.
 
@@ -64,6 +66,8 @@ def solve_level(
         What is designed, for reports.
     start
         Shape (e,). Streets of an earlier design, to begin with.
+    explain
+        Whether an error is to say why there is no design.
 
     Raises
     ------
@@ -75,8 +79,10 @@ def solve_level(
     try:
         if begin is None:
             begin = _without_exits(problem, spec, SHUT * seconds, progress)
-        design = _solved(problem, spec, deadline.left, progress, begin)
+        design = _solved(problem, spec, deadline.left, progress, begin, explain=explain)
     except InfeasibleError as error:
+        if not explain:
+            raise
         bare = problem.required & problem.candidate
         if error.diagnosis is not None or math.isinf(Evaluator(problem).objective(bare)):
             raise located(error, problem) from error
@@ -100,6 +106,14 @@ def solve_level(
     return Solved(name, problem, design)
 
 
+class _NoBounds(Share):
+    """Tells designs of a narrower problem, whose bounds prove nothing of the wider one."""
+
+    def search(self, state: SearchState) -> None:
+        """Pass the state on without its bound."""
+        super().search(dataclasses.replace(state, bound=None))
+
+
 def _without_exits(
     problem: NetworkProblem, spec: Specification, seconds: float, progress: Progress
 ) -> BoolArray | None:
@@ -108,7 +122,9 @@ def _without_exits(
     if shut is None:
         return None
     try:
-        return _solved(shut, spec, seconds, progress, None).active
+        # its bound is not that of the problem
+        told = _NoBounds(progress, 0.0, 1.0)
+        return _solved(shut, spec, seconds, told, None, explain=False).active
     except InfeasibleError:
         return None
 
@@ -119,6 +135,8 @@ def _solved(
     seconds: float,
     progress: Progress,
     start: BoolArray | None,
+    *,
+    explain: bool = True,
 ) -> Design:
     """Solve a problem as the specification says."""
     return solve(
@@ -129,6 +147,7 @@ def _solved(
         solver=spec.solver,
         start=start,
         progress=progress,
+        explain=explain,
     )
 
 

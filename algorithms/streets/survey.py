@@ -315,7 +315,8 @@ def _sinks(
         # a street that runs along it on the inner side
         here = shapely.points(mesh.vertices)
         at_edge = shapely.distance(here, site.street_frontage) < 1.0
-        at_edge |= shapely.distance(here, existing_lines(site)) < 1.0
+        beside = shapely.distance(here, site.polygon.boundary) <= site.snap_distance
+        at_edge |= beside & (shapely.distance(here, existing_lines(site)) < 1.0)
         mark |= at_edge & ~mesh.boundary_vertices
         remedy = (
             "Add the road layer, enlarge the snap distance so that roads beside the site are "

@@ -157,6 +157,9 @@ def test_a_start_without_limits_is_repaired(kind):
     repaired_starts(again, structure(evaluator.problem), 1)
     assert again.best is not None
     assert not [v for v in check_design(evaluator.problem, again.best) if v.hard]
+    third = Incumbent(evaluator, Deadline(60.0))
+    repaired_starts(third, structure(evaluator.problem), 1)
+    assert np.array_equal(third.best, again.best)
 
 
 @pytest.mark.parametrize("sinks", ["boundary", "inner"])

@@ -81,6 +81,27 @@ def test_designs_on_random_meshes_pass_the_checker(small, data):
         check(problem, solve(problem, time_limit=0.7))
 
 
+def test_a_start_outlives_a_run_that_is_cancelled_at_once():
+    problem = paper_problem(PAPER_MESHES[312]())
+    begin = solve(problem, time_limit=0.5).active
+    kept = solve(problem, time_limit=5.0, start=begin, progress=Recorder(cancel_after=0.0))
+    assert np.array_equal(kept.active, begin)
+    nothing = np.zeros_like(begin)
+    with pytest.raises(CancelledError):
+        solve(problem, time_limit=5.0, start=nothing, progress=Recorder(cancel_after=0.0))
+
+
+def test_reasons_are_left_out_on_request():
+    problem = paper_problem(PAPER_MESHES[312](), "boundary")
+    problem = dataclasses.replace(problem, candidate=np.zeros_like(problem.candidate))
+    with pytest.raises(InfeasibleError) as caught:
+        solve(problem, time_limit=5.0, explain=False)
+    assert caught.value.diagnosis is None
+    with pytest.raises(InfeasibleError) as caught:
+        solve(problem, time_limit=5.0)
+    assert caught.value.diagnosis is not None
+
+
 @pytest.mark.parametrize("scenario", ["boundary", "one sink", "inner"])
 def test_paper_size_has_a_design_within_two_seconds(scenario):
     problem = paper_problem(PAPER_MESHES[660](), scenario)

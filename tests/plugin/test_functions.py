@@ -46,6 +46,13 @@ def ends_on_edge(found):
     return places
 
 
+def lines_of(text):
+    """Return the geometry of a text."""
+    from qgis.core import QgsGeometry
+
+    return QgsGeometry.fromWkt(text)
+
+
 def heights(folder: Path, west: float) -> str:
     """Write a raster that is steep west of x = 216 and flat beyond; return its path."""
     import numpy as np
@@ -169,6 +176,33 @@ def test_the_design_of_another_site_is_no_start(toolbox):
     far = layer([line((3000, 0), (3000, 300))], kind="LineString", name="elsewhere")
     with pytest.raises(FailedError, match="elsewhere"):
         run(toolbox, START=far)
+
+
+def test_a_selected_part_of_a_design_is_frozen(toolbox):
+    from qgis.core import QgsProcessingFeatureSourceDefinition, QgsProject
+
+    first = run(toolbox, LEVELS=1)
+    streets = first.layers["STREETS"]
+    kept = [
+        f.id()
+        for f in streets.getFeatures()
+        if f["status"] == "new" and f.geometry().boundingBox().xMaximum() < X + 216
+    ]
+    assert kept
+    streets.selectByIds(kept)
+    before = {streets.getFeature(i).geometry().asWkt(1) for i in kept}
+    QgsProject.instance().addMapLayer(streets, False)
+    try:
+        frozen = QgsProcessingFeatureSourceDefinition(streets.id(), True)
+        # another wish for the rest
+        found = run(toolbox, LEVELS=1, GIVEN=frozen, START=streets.id(), BLOCK_LENGTH=110)
+    finally:
+        QgsProject.instance().removeMapLayer(streets.id())
+    given = [s for s in found.rows("STREETS") if s["status"] == "given"]
+    length = sum(f.length() for f in map(lines_of, before))
+    assert sum(s["length_m"] for s in given) == pytest.approx(length, rel=0.02)
+    assert new(found)
+    assert found.results["VIOLATIONS"] == 0
 
 
 def test_a_wish_that_cannot_be_kept_is_told_on_a_map(toolbox):

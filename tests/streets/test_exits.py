@@ -11,15 +11,25 @@ import geopandas as gpd
 import numpy as np
 import pytest
 import shapely
-from platwright.errors import InfeasibleError
+from platwright.errors import CancelledError, InfeasibleError
 from platwright.measure import validate_network
+from platwright.mesh.grids import grid
+from platwright.network.examples import paper_problem
+from platwright.network.requirements.exits import ExitCount
 from platwright.network.specification import Specification
 from platwright.progress import Silent
 from platwright.site import BoundaryStreet
 from platwright.streets import Wishes, design_streets, plan_layers
 from platwright.streets import levels as levels_module
-from platwright.streets.exits import across_streets, doors, exits_used, out_of_reach
-from platwright.streets.program import LOCAL, level_problem
+from platwright.streets.exits import (
+    across_streets,
+    doors,
+    exits_demanded,
+    exits_used,
+    out_of_reach,
+    share_of_exits,
+)
+from platwright.streets.program import COLLECTOR, LOCAL, level_problem
 from platwright.streets.requirements import with_requirements
 from platwright.streets.wishes import Whole
 from shapely.geometry import LineString, Point
@@ -180,10 +190,10 @@ def test_collectors_give_exits_back_where_places_would_be_out_of_reach(monkeypat
         # the first collectors leave something out of reach
         return count(problem) + (kept == [0])
 
-    def listened(problem, spec, seconds, progress, name, start=None):
+    def listened(problem, spec, seconds, progress, name, start=None, **options):
         if name == "collectors":
             kept.extend(4 - r.most for r in problem.requirements if r.kind == "number of exits")
-        return solve(problem, spec, seconds, progress, name, start)
+        return solve(problem, spec, seconds, progress, name, start, **options)
 
     monkeypatch.setattr(levels_module, "out_of_reach", counted)
     monkeypatch.setattr(levels_module, "solve_level", listened)
@@ -193,13 +203,52 @@ def test_collectors_give_exits_back_where_places_would_be_out_of_reach(monkeypat
     assert 0 < len(places([plan], site.polygon.boundary)) <= 4
 
 
+def test_collectors_in_hand_outlive_a_cancelled_second_attempt(monkeypatch):
+    solve, calls = levels_module.solve_level, []
+
+    def cancelled(problem, spec, seconds, progress, name, start=None, **options):
+        calls.append(name)
+        if calls.count("collectors") == 2:
+            raise CancelledError("Cancelled.")
+        return solve(problem, spec, seconds, progress, name, start, **options)
+
+    monkeypatch.setattr(levels_module, "out_of_reach", lambda _: len(calls))
+    monkeypatch.setattr(levels_module, "solve_level", cancelled)
+    site = make_site(shapely.box(0, 0, 360, 288))
+    plan = design_streets([site], Specification(exits=4, edge_length=72.0, time_limit=4.0)).plans[0]
+    assert calls.count("collectors") == 2
+    assert any(solved.level == COLLECTOR for solved in plan.network.solved)
+
+
+def test_exits_that_are_needed_elsewhere_are_left():
+    problem = paper_problem(grid(4, 4), "boundary")
+    rim = np.flatnonzero(problem.mesh.boundary_vertices)
+    count = ExitCount(tuple(rim.tolist()), 3, least=0)
+    problem = dataclasses.replace(problem, requirements=(count,))
+
+    def most(share, elsewhere):
+        return share_of_exits(problem, share, elsewhere).requirements[0].most
+
+    assert most(0.7, 0) == 3
+    assert most(0.7, 1) == 2
+    assert most(0.7, 5) == 0
+    inner = np.flatnonzero(
+        problem.candidate & problem.mesh.boundary_vertices[problem.mesh.edges].any(axis=1)
+    )
+    required = np.zeros_like(problem.required)
+    required[inner[:2]] = True
+    problem = dataclasses.replace(problem, required=required)
+    assert exits_demanded(problem) == 2
+    assert most(0.1, 5) == 2
+
+
 def test_without_collectors_that_keep_to_the_limits_all_streets_are_local(monkeypatch):
     solve = levels_module.solve_level
 
-    def failing(problem, spec, seconds, progress, name, start=None):
+    def failing(problem, spec, seconds, progress, name, start=None, **options):
         if name == "collectors":
             raise InfeasibleError("None.")
-        return solve(problem, spec, seconds, progress, name, start)
+        return solve(problem, spec, seconds, progress, name, start, **options)
 
     monkeypatch.setattr(levels_module, "solve_level", failing)
     told = Told()

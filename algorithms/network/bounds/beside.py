@@ -62,7 +62,7 @@ def bound_beside(run: Incumbent, index: Structure, seed: int) -> None:
         mip_bound(run, index)
 
 
-def packing_bound(index: Structure) -> float:
+def packing_bound(index: Structure, check: Callable[[], None]) -> float:
     """Return a weak bound at once: what coverage costs where no two places can share it.
 
     Of each ball one vertex is active. It costs its least distance and one edge, or two where
@@ -71,6 +71,7 @@ def packing_bound(index: Structure) -> float:
     problem = index.problem
     total, used = index.fixed, [False] * len(index.ends)
     for _, ball in index.cover:
+        check()
         touching = {e for u in ball for e in index.incident[u]}
         if any(used[e] for e in touching):
             continue

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 from collections import defaultdict
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Optional
 
 from ..local import close_pairs
@@ -21,7 +22,9 @@ BREACH = 30.0
 FAR = 12.0
 
 
-def repair(index: Structure, active: BoolArray) -> BoolArray:
+def repair(
+    index: Structure, active: BoolArray, check: Optional[Callable[[], None]] = None
+) -> BoolArray:
     """Add ways to a design that make its broken links.
 
     Routes without branches come first, and what branches off them is taken away; then ways
@@ -35,6 +38,8 @@ def repair(index: Structure, active: BoolArray) -> BoolArray:
         The problem.
     active
         Shape (e,). A design.
+    check
+        Called once per link; may raise an error to end the repair.
 
     Returns
     -------
@@ -42,12 +47,14 @@ def repair(index: Structure, active: BoolArray) -> BoolArray:
         Shape (e,). Another design; the same if no link is broken.
     """
     links = [r for r in index.problem.requirements if isinstance(r, Link)]
-    broken = [link for link in links if link.violations(View(index.problem, active))]
-    if not broken:
+    view = View(index.problem, active)
+    if not any(link.violations(view) for link in links):
         return active
     mend = _Mend(index, active)
     # those that are not broken may be cut by what is taken away
     for link in sorted(links, key=lambda link: not link.private):
+        if check is not None:
+            check()
         mend.add(link)
     mend.join_dead_ends()
     return mend.active
@@ -69,9 +76,10 @@ class _Mend:
     def add(self, link: Link) -> None:
         """Make a link, if it is broken and there is a way."""
         problem = self.index.problem
-        if not link.violations(View(problem, self.active)):
+        view = View(problem, self.active)
+        if not link.violations(view):
             if link.private:
-                self._shut(link.path(View(problem, self.active)) or [], link)
+                self._shut(link.path(view) or [], link)
             return
         price = self._branches if link.private else self._price
         path = corridor(problem, link).path(self._open, price)

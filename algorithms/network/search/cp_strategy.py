@@ -48,14 +48,22 @@ def no_design_yet(run: Incumbent) -> Exception:
 
 
 def first_designs(run: Incumbent, index: Structure, seed: int) -> list[BoolArray]:
-    """Find valid designs by straight lines, if there are any; return them, best first."""
+    """Find valid designs without a search, if there are any; return them, best first.
+
+    They are straight lines, or designs without requirements that were mended to keep them.
+    """
     starts: list[BoolArray] = []
+    if run.best is not None:
+        return starts
+    linked = has_links(index.problem)
+    if linked:
+        starts = repaired_starts(run, index, seed)
     if run.best is None:
-        # where links are asked for, designs that were made without them and mended are better
-        starts = repaired_starts(run, index, seed) if has_links(index.problem) else []
-        starts = starts or first_design(run, index)
+        starts = first_design(run, index)
+    if run.best is None and not linked:
+        starts = repaired_starts(run, index, seed)
     run.report()
-    return starts or repaired_starts(run, index, seed)
+    return starts
 
 
 def first_start(run: Incumbent, index: Structure, seed: int) -> bool:
@@ -185,7 +193,7 @@ def solve_by_cp(
     if run.enough():
         return True
     # at once, since the proof of a better one begins later
-    run.raise_bound(packing_bound(index))
+    run.raise_bound(packing_bound(index, run.wanted()))
     with run.beside(lambda: bound_beside(run, index, seed), later=True) as beside:
         window_search(run, index, seed, iterations=iterations, beside=beside, starts=starts)
     return math.isfinite(run.value)

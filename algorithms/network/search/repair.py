@@ -1,4 +1,4 @@
-"""From a design that only breaks what is asked of the whole network to one that keeps it."""
+"""From designs that break what is asked of the whole network to designs that keep it."""
 
 from __future__ import annotations
 
@@ -97,15 +97,15 @@ def repaired_starts(run: Incumbent, index: Structure, seed: int) -> list[BoolArr
             break
         less = prune(bare, trial.evaluator, straight, run)
         trial.take(less)
-        mended = repair_links(index, less)
+        mended = repair_links(index, less, run.wanted()) if links else less
         value = run.evaluator.objective(mended)
         if math.isfinite(value):
             run.take(mended)
             run.report()
             pool.append((value, mended))
-        else:
-            broken += [mended, repair_links(index, straight)]
-    if run.best is None and links and broken:
+        elif links:
+            broken += [mended, repair_links(index, straight, run.wanted())]
+    if run.best is None and broken:
         mend_by_window(run, index, broken, seed)
     if run.best is None and trial.best is not None:
         repair(run, trial.best, seed)

@@ -21,7 +21,7 @@ STRIPS = 0.3
 STRIP_WIDTH = 2
 #: Draws of a window until one is apart from those that are being solved.
 DRAWS = 6
-#: Distances that make up less than this part of the objective are left out of most windows.
+#: Distances that make up less than this part of the objective are left out of all windows.
 FAINT = 0.01
 #: Share of windows in which a vertex costs its least distance in the mesh instead of its own: they
 #: need no labels and are solved several times as fast.

@@ -145,7 +145,7 @@ def solve_window(
     free
         Edges of the window.
     active
-        Shape (e,). A valid design.
+        Shape (e,). A design; where it breaks hard rules, only at edges of the window.
     options
         How CP-SAT works on it.
     stop
