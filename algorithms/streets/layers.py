@@ -19,6 +19,7 @@ from ..site.types import BoundaryStreet, Site
 from .adopt import existing_lines
 from .hierarchy import LEVEL_NAMES, speed_kmh
 from .joints import TIP, split_at
+from .limits import or_limits
 from .site_plan import SitePlan, StreetPlan
 from .unmet import unmet_requirements
 from .why_not import NoDesignError
@@ -295,12 +296,13 @@ def _blocks(plan: SitePlan) -> Iterable[Row]:
 def _problems(plan: SitePlan) -> Iterable[Row]:
     """List what could not be had, place by place."""
     spec = plan.specification
+    limits = or_limits(spec)
     for xy in plan.uncovered:
         yield _problem(
             plan,
             Point(xy),
             "No street comes near this place.",
-            "left without a street: obstacles, walls or a bottleneck allow none",
+            f"left without a street: obstacles, walls or a bottleneck allow none{limits}",
         )
     for block in plan.blocks:
         if block.length > LONG * spec.block_length and block.width > 0.5 * spec.block_width:
@@ -310,7 +312,7 @@ def _problems(plan: SitePlan) -> Iterable[Row]:
                 f"This block is {block.length:.0f} m long, the wished length is "
                 f"{spec.block_length:g} m.",
                 "left so: no street may end at a side of the site without a road; add the road "
-                "layer, raise the snap distance or let the whole boundary be the exit",
+                f"layer, raise the snap distance or let the whole boundary be the exit{limits}",
             )
     for remark in unmet_requirements(plan.network):
         yield _problem(plan, remark.point, remark.problem, remark.action)

@@ -27,11 +27,12 @@ from .fitting import (
 )
 from .given_levels import divide
 from .levels import LevelledNetwork, design_levels
+from .limits import or_limits, why_blind
 from .make_way import make_way
 from .site_plan import SitePlan, StreetPlan
 from .sub_regions import design_parts
 from .survey import Ground, arriving_streets, survey
-from .why_not import no_design
+from .why_not import is_proven, no_design, rank
 from .wishes import Wishes
 
 #: Of two access points nearer than this share of the block width one is continued.
@@ -262,14 +263,14 @@ def plan_site(
         plan = other if other.network.level.any() else plan
     if plan.segments:
         progress.warn(
-            f"{site.name}: no street leads through, since most sides have no road. Streets that "
+            f"{site.name}: no street leads through, {why_blind(spec)}. Streets that "
             "end blind are allowed instead, as culs-de-sac."
         )
     else:
         progress.warn(
             f"{site.name}: no street can be designed: obstacles, or sides without a road, cut "
-            "the site off. Take obstacles out that may be crossed, add roads, raise the snap "
-            "distance, or let the whole boundary be the exit."
+            f"the site off{or_limits(spec)}. Take obstacles out that may be crossed, add roads, "
+            "raise the snap distance, or let the whole boundary be the exit."
         )
     return plan
 
@@ -316,7 +317,7 @@ def _best_plan(
         except (MeshError, InfeasibleError, InputError) as error:
             # what cannot be had on this mesh may be had on another, but hardly on a third
             failures.append(error)
-            if best is None and (deadline.passed() or sum(map(_is_proven, failures)) > 1):
+            if best is None and (deadline.passed() or sum(map(is_proven, failures)) > 1):
                 break
             continue
         except CancelledError:
@@ -329,20 +330,8 @@ def _best_plan(
     if best is None:
         if not failures:
             raise MeshError(f"No candidate mesh could be made of {site.name}.")
-        raise min(failures, key=_rank)
+        raise min(failures, key=rank)
     return best[1]
-
-
-def _is_proven(error: Exception) -> bool:
-    """Whether an error says that what is asked cannot be, not that it was not found."""
-    return isinstance(error, InputError) or getattr(error, "diagnosis", None) is not None
-
-
-def _rank(error: Exception) -> int:
-    """Tell which of several errors says most: the least number."""
-    if isinstance(error, InfeasibleError):
-        return 0 if error.diagnosis is not None else 1
-    return 2 if isinstance(error, InputError) else 3
 
 
 def _met(mesh: QuadMesh, arrivals: Sequence[AccessPoint]) -> QuadMesh:

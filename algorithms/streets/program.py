@@ -121,7 +121,7 @@ def level_problem(
         # whoever reaches a street of the level above has arrived (CND section 5.1)
         sinks[mesh.edges[above].ravel()] = True
     candidate = prune_dead_ends(ground, spec, ground.free & ~existing, existing, sinks)
-    required = ground.required & ~existing
+    required = ground.required_at(level) & ~existing
     candidate |= required
     active = np.zeros(len(mesh.vertices), dtype=np.bool_)
     active[mesh.edges[existing].ravel()] = True

@@ -129,7 +129,8 @@ def _remarks(division: Division, asked: Specification, progress: Progress) -> No
     if division.deepest >= LOCAL and not asked.cul_de_sacs:
         progress.warn(
             f"{division.site.name}: collectors and local streets are given, and no culs-de-sac "
-            "are asked for: nothing is left to design."
+            "are asked for: nothing is left to design. To keep some local streets and design "
+            "the others, choose them as required streets."
         )
     if asked.traffic == "within" and len(division.parts) > 1:
         progress.warn(
@@ -174,12 +175,14 @@ def _of_part(
     least = 0.3 * edge_length(spec)
     lines: list[LineString] = []
     names: list[int | str] = []
+    levels: list[int] = []
     for i, line in enumerate(own.required):
         inside = shapely.intersection(line, part.polygon)
         for piece in shapely.get_parts(inside):
             if shapely.length(shapely.difference(piece, edge)) > least:
                 lines.append(piece)
                 names.append(own.required_id(i))
+                levels.append(own.required_level(i))
     # what only touches a sub-region belongs to the next one
     start = {level: _inside(lines, part, LAST) for level, lines in own.start.items()}
     routes = [
@@ -195,6 +198,7 @@ def _of_part(
         own,
         required=lines,
         required_ids=names,
+        required_levels=levels,
         preferences=preferences,
         start=start,
         given=given,

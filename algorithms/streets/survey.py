@@ -18,7 +18,7 @@ from ..site.types import AccessPoint, Site
 from .adopt import existing_lines, right_of_way
 from .earlier import start_levels
 from .preferences import Preferences, check_elevation, edge_prices
-from .wishes import TOUCH, Whole, Wishes, nearest_vertex, required_edges, sink_vertex
+from .wishes import NEVER, TOUCH, Whole, Wishes, nearest_vertex, required_edges, sink_vertex
 
 #: A street is carried on to a centre line over at most this many times the snap distance.
 CARRY = 1.5
@@ -67,6 +67,8 @@ class Ground:
         Shape (e,). Level of the street of an earlier design along each edge, see `start_levels`.
     whole
         The site of which this is a sub-region; None where it is all of it.
+    required_by
+        Shape (e,). The level by which a required edge must be a street; None for the first.
     """
 
     site: Site
@@ -84,6 +86,13 @@ class Ground:
     prices: FloatArray | None = None
     start: IntArray | None = None
     whole: Whole | None = None
+    required_by: IntArray | None = None
+
+    def required_at(self, level: int) -> BoolArray:
+        """Shape (e,). Edges that must be streets once a level is designed."""
+        if self.required_by is None:
+            return self.required
+        return self.required & (self.required_by <= level)
 
     @property
     def free(self) -> BoolArray:
@@ -172,14 +181,14 @@ def survey(
     barred = closed | (_to_walls(mesh, ends) & ~street)
     if (adopted is not None and adopted.any()) or (site.inner_streets and wishes.given):
         barred |= _beside_streets(site, mesh) & ~street
-    required = required_edges(site, mesh, barred | mesh.boundary_edges, wishes)
+    required_by = required_edges(site, mesh, barred | mesh.boundary_edges, wishes)
     sinks = _sinks(site, mesh, spec, street, arrivals, exits, wishes)
     return Ground(
         site,
         mesh,
         street,
         barred,
-        required,
+        required_by < NEVER,
         sinks,
         arrivals,
         _green_faces(mesh, site),
@@ -190,6 +199,7 @@ def survey(
         edge_prices(mesh, wishes.preferences, spec.slope_weight),
         start_levels(mesh, wishes.start) if wishes.start else None,
         wishes.whole,
+        required_by,
     )
 
 

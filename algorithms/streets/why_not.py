@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import shapely
 
-from ..errors import InfeasibleError, PlatwrightError
+from ..errors import InfeasibleError, InputError, PlatwrightError
 from ..mesh import QuadMesh
 from ..network.problem import NetworkProblem
 from ..network.why.whynot import Diagnosis
@@ -113,3 +113,15 @@ def _points(mesh: QuadMesh, vertices: Sequence[int], edges: Sequence[int]) -> li
         middles = mesh.vertices[mesh.edges[list(edges)]].mean(axis=1)
         return [shapely.Point(xy) for xy in middles[:MOST]]
     return [shapely.Point(mesh.vertices[v]) for v in list(vertices)[:MOST]]
+
+
+def is_proven(error: Exception) -> bool:
+    """Whether an error says that what is asked cannot be, not that it was not found."""
+    return isinstance(error, InputError) or getattr(error, "diagnosis", None) is not None
+
+
+def rank(error: Exception) -> int:
+    """Tell which of several errors says most: the least number."""
+    if isinstance(error, InfeasibleError):
+        return 0 if error.diagnosis is not None else 1
+    return 2 if isinstance(error, InputError) else 3

@@ -13,12 +13,14 @@ from shapely.geometry import LineString, Point
 
 from ..errors import InputError
 from ..mesh import QuadMesh
-from ..network.problem import BoolArray, FloatArray
+from ..network.problem import BoolArray, FloatArray, IntArray
 from ..site.types import Site
 from .preferences import Preferences
 
 #: Wishes further than this from a site belong to another one, if there is any (metres).
 FAR = 10_000.0
+#: Level of edges that need not be streets.
+NEVER = 9
 #: Overlap of a required street with an obstacle that is let pass (metres).
 TOUCH = 1.0
 
@@ -47,8 +49,9 @@ class Wishes:
     ----------
     sinks
         Points where traffic leaves (sink mode "points"), shape (n, 2).
-    required
-        Lines along which a street must run.
+    required, required_levels
+        Lines along which a street must run, and of which level it is: 2 collector, 3 local, 4
+        cul-de-sac; 0, or none given, for the first level that is designed.
     forbidden
         Lines or polygons that no street may cross or follow.
     preferences
@@ -72,6 +75,7 @@ class Wishes:
     forbidden: Sequence[shapely.Geometry] = ()
     sink_ids: Sequence[int | str] = ()
     required_ids: Sequence[int | str] = ()
+    required_levels: Sequence[int] = ()
     preferences: Preferences = field(default_factory=Preferences)
     start: Mapping[int, Sequence[LineString]] = field(default_factory=dict)
     start_layer: str = "Earlier design"
@@ -89,6 +93,10 @@ class Wishes:
     def required_id(self, i: int) -> int | str:
         """Feature id of a required line, its number where none is given."""
         return self.required_ids[i] if i < len(self.required_ids) else i
+
+    def required_level(self, i: int) -> int:
+        """Level of a required line, 0 for the first that is designed."""
+        return self.required_levels[i] if i < len(self.required_levels) else 0
 
     def given_id(self, level: int, i: int) -> int | str:
         """Feature id of a given street, its number where none is given."""
@@ -132,6 +140,7 @@ class Wishes:
             start_layer=self.start_layer,
             sink_ids=[self.sink_id(i) for i in sinks],
             required_ids=[self.required_id(i) for i in lines],
+            required_levels=[self.required_level(i) for i in lines],
             sink_layer=self.sink_layer,
             required_layer=self.required_layer,
             given={n: [self.given[n][i] for i in places] for n, places in given.items()},
@@ -140,9 +149,15 @@ class Wishes:
         )
 
 
-def required_edges(site: Site, mesh: QuadMesh, barred: BoolArray, wishes: Wishes) -> BoolArray:
-    """Lay each required line on the mesh as the path that stays nearest to it."""
-    mark = np.zeros(len(mesh.edges), dtype=np.bool_)
+def required_edges(site: Site, mesh: QuadMesh, barred: BoolArray, wishes: Wishes) -> IntArray:
+    """Lay each required line on the mesh as the path that stays nearest to it.
+
+    Returns
+    -------
+    IntArray
+        Shape (e,). The level by which each edge must be a street, `NEVER` where it need not.
+    """
+    mark = np.full(len(mesh.edges), NEVER, dtype=np.int64)
     if not wishes.required:
         return mark
     inside = shapely.buffer(site.polygon, 1.0)
@@ -181,7 +196,8 @@ def required_edges(site: Site, mesh: QuadMesh, barred: BoolArray, wishes: Wishes
                 feature=wishes.required_id(i),
             ) from None
         for u, v in zip(path, path[1:]):
-            mark[graph[u][v]["edge"]] = True
+            edge = graph[u][v]["edge"]
+            mark[edge] = min(mark[edge], wishes.required_level(i))
     return mark
 
 

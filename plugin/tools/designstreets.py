@@ -244,17 +244,19 @@ def _wishes(
         return parts[~(parts.isna() | parts.is_empty)]
 
     def of_site(site: Any) -> Any:
-        sinks, required = shapes("SINKS", site.crs), shapes("REQUIRED", site.crs)
+        sinks = shapes("SINKS", site.crs)
+        required, levels = drawnstreets.required_streets(given["REQUIRED"], site.crs)
         return Wishes(
             sinks=[(point.x, point.y) for _, point in sinks.items()],
-            required=[line for _, line in required.items()],
+            required=[line for _, line in required],
+            required_levels=levels,
             forbidden=[shape for _, shape in shapes("FORBIDDEN", site.crs).items()],
             preferences=preferences(site),
             start=drawnstreets.earlier_streets(given["START"], site.crs),
             start_layer=request.name("START"),
             **drawnstreets.given_streets(request, given["GIVEN"], site.crs),
             sink_ids=[feature for feature, _ in sinks.items()],
-            required_ids=[feature for feature, _ in required.items()],
+            required_ids=[feature for feature, _ in required],
             sink_layer=request.name("SINKS"),
             required_layer=request.name("REQUIRED"),
         )

@@ -37,6 +37,18 @@ def given_streets(request: Request, frame: Any, crs: Any) -> dict[str, Any]:
     return {"given": lines, "given_ids": ids, "given_layers": names}
 
 
+def required_streets(frame: Any, crs: Any) -> tuple[list[tuple[int, Any]], list[int]]:
+    """Return required streets with their feature ids, and the level of each, 0 for the first."""
+    # of an earlier design, what it designed
+    frame = with_status(frame, ("new",))
+    found = single_shapes(frame, crs)
+    levels = []
+    for i, _ in found:
+        value = frame["level"].get(i) if "level" in frame.columns else None
+        levels.append(int(value) if value in (2, 3, 4) else 0)
+    return found, levels
+
+
 def earlier_streets(frame: Any, crs: Any) -> dict[int, list[Any]]:
     """Return the new streets of an earlier design by level, 0 where it is not told."""
     if frame is None:

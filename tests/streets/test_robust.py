@@ -55,10 +55,10 @@ class Told(Silent):
 def test_a_block_without_culs_de_sac_keeps_its_streets(monkeypatch):
     solve = levels_module.solve_level
 
-    def failing(problem, spec, seconds, progress, name, start=None):
+    def failing(problem, spec, seconds, progress, name, start=None, **options):
         if name.startswith("Culs"):
             raise InfeasibleError("None was found.")
-        return solve(problem, spec, seconds, progress, name, start)
+        return solve(problem, spec, seconds, progress, name, start, **options)
 
     monkeypatch.setattr(levels_module, "solve_level", failing)
     site = make_site(shapely.box(0, 0, 432, 324))

@@ -62,7 +62,7 @@ def bound_beside(run: Incumbent, index: Structure, seed: int) -> None:
         mip_bound(run, index)
 
 
-def packing_bound(index: Structure, check: Callable[[], None]) -> float:
+def packing_bound(index: Structure, check: Callable[[], None] = lambda: None) -> float:
     """Return a weak bound at once: what coverage costs where no two places can share it.
 
     Of each ball one vertex is active. It costs its least distance and one edge, or two where
