@@ -83,7 +83,7 @@ def test_designs_on_random_meshes_pass_the_checker(small, data):
 
 def test_a_start_outlives_a_run_that_is_cancelled_at_once():
     problem = paper_problem(PAPER_MESHES[312]())
-    begin = solve(problem, time_limit=0.5).active
+    begin = solve(problem, time_limit=60.0, iterations=1).active
     kept = solve(problem, time_limit=5.0, start=begin, progress=Recorder(cancel_after=0.0))
     assert np.array_equal(kept.active, begin)
     nothing = np.zeros_like(begin)
