@@ -27,11 +27,11 @@ def cases(options: argparse.Namespace) -> Iterator[tuple[str, str, float, Callab
 
     corners = ((14, 10), (12, 18), (9, 20), (20, 11))
     minute = min(60.0, options.seconds)
-    for sinks in ("boundary", "one sink", "inner"):
+    for sinks in options.scenario:
         yield "70 x 70", sinks, minute, lambda: grid(70, 70)
         yield "cut", sinks, minute, lambda: cut_grid(78, 72, corners)
     if options.seconds > minute:
-        for sinks in ("boundary", "one sink"):
+        for sinks in (name for name in options.scenario if name != "inner"):
             yield "223 x 223", sinks, options.seconds, lambda: grid(223, 223)
 
 

@@ -63,6 +63,7 @@ def all_cuts(index, seed):
     return found
 
 
+@pytest.mark.slow
 @SLOW
 @given(data=st.data())
 def test_no_valid_design_of_a_tiny_mesh_is_cut_off(small, data):
@@ -117,6 +118,7 @@ def test_the_relaxation_never_exceeds_the_optimum_of_a_thousand_problems(small, 
     bound_holds(small, data, most=10)
 
 
+@pytest.mark.slow
 @SLOW
 @given(data=st.data())
 def test_every_valid_design_leaves_the_sets_of_the_connection_inequalities(small, data):

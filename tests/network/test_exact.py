@@ -66,6 +66,7 @@ def test_evaluation_is_what_the_checker_says(small, data):
         assert evaluator.objective(active) == pytest.approx(design_cost(problem, active))
 
 
+@pytest.mark.slow
 @FEW
 @given(data=st.data())
 def test_flow_model_is_exact(small, data):
@@ -73,6 +74,7 @@ def test_flow_model_is_exact(small, data):
     assert mip_optimum(problem, flow_model) == pytest.approx(small.brute_force(problem))
 
 
+@pytest.mark.slow
 @FEW
 @given(data=st.data())
 def test_constraint_model_is_exact(small, data):

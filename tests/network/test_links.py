@@ -199,6 +199,7 @@ def test_windows_judge_a_given_design_as_the_checker_does(small, data):
         assert len(states) == 1
 
 
+@pytest.mark.slow
 @FEW
 @given(data=st.data())
 def test_constraint_model_is_exact(small, data):

@@ -148,6 +148,7 @@ def test_the_relaxation_is_one(small, data):
     assert result.bound <= best + 1e-6
 
 
+@pytest.mark.slow
 @FEW
 @given(data=st.data())
 def test_windows_are_exact(small, data):

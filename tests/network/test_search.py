@@ -124,6 +124,7 @@ def test_pruning_makes_designs_cheaper_and_keeps_them_valid():
         assert evaluator.objective(connected(index, tried)) >= evaluator.objective(less) - 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scenario", ["boundary", "inner"])
 @pytest.mark.parametrize("weight", [0.0, 1.0])
 def test_same_seed_and_iterations_give_the_same_design(scenario, weight, monkeypatch):

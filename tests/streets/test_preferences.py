@@ -110,6 +110,7 @@ def length_within(plan, shape) -> float:
     return sum(s.line.intersection(shape).length for s in plan.segments)
 
 
+@pytest.mark.slow
 def test_a_less_dense_half_gets_fewer_streets():
     site = make_site(shapely.box(0, 0, 576, 432))
     west, east = shapely.box(0, 0, 288, 432), shapely.box(288, 0, 576, 432)
@@ -119,6 +120,7 @@ def test_a_less_dense_half_gets_fewer_streets():
     assert length_within(plan, east) < 0.75 * length_within(plan, west)
 
 
+@pytest.mark.slow
 def test_streets_keep_to_cheap_ground():
     site = make_site(shapely.box(0, 0, 288, 288))
     dear = shapely.box(70, -10, 74, 300)

@@ -392,6 +392,7 @@ def test_what_was_on_an_obstacle_before_may_stay_there():
     assert told["runs over an obstacle"] == "kept there"
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(seed=st.integers(0, 10**6), shape=st.sampled_from(["curved", "straight"]))
 def test_obstacles_and_the_site_are_respected(seed, shape):
