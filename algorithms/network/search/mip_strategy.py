@@ -11,7 +11,7 @@ from ..incumbent import Incumbent
 from ..mip.model import flow_model
 from ..mip.solvers import solve_mip
 from ..structure import Structure
-from .chords import chord_start
+from .chords import LONGEST, chord_start
 from .windows import Windows
 
 #: Radii of windows, in edges, and how the search goes from one to the next.
@@ -25,7 +25,7 @@ TINY = 60
 def straight_start(run: Incumbent, index: Structure) -> None:
     """Take a design of straight mesh lines if there is a valid one."""
     if any(index.root[v] and mine for v, mine in enumerate(index.incident)):
-        active = chord_start(index, min(1.0, run.deadline.left))
+        active = chord_start(index, min(LONGEST, run.deadline.left))
         if active is not None:
             run.take(active)
 

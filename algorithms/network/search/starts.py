@@ -18,7 +18,7 @@ from ..evaluate import Evaluator
 from ..incumbent import Incumbent, slight
 from ..problem import BoolArray
 from ..structure import Structure
-from .chords import chord_start, follow
+from .chords import LONGEST, chord_start, follow
 
 #: Up to this many edges times trials are spent on taking streets away.
 PRUNING = 120_000
@@ -58,7 +58,7 @@ def straight_designs(run: Incumbent, index: Structure) -> list[BoolArray]:
     check = run.wanted()
     found: list[BoolArray] = []
     if any(index.root[v] and mine for v, mine in enumerate(index.incident)):
-        active = chord_start(index, min(1.0, run.deadline.left))
+        active = chord_start(index, min(LONGEST, run.deadline.left))
         if active is not None and math.isfinite(run.evaluator.objective(active)):
             run.take(active)
             run.report()
