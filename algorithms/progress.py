@@ -118,6 +118,42 @@ class Share:
         return self._progress.cancelled()
 
 
+class Held(Share):
+    """Keeps warnings back until it is known whether what they tell of is kept.
+
+    Parameters
+    ----------
+    progress
+        Told of all else at once.
+
+    Attributes
+    ----------
+    warnings
+        What was not told yet.
+
+    Examples
+    --------
+    >>> held = Held(Silent())
+    >>> held.warn("poor")
+    >>> held.take(), held.warnings
+    (['poor'], [])
+    """
+
+    def __init__(self, progress: Progress) -> None:
+        super().__init__(progress, 0.0, 1.0)
+        self.warnings: list[str] = []
+
+    def warn(self, text: str) -> None:
+        """Keep the warning, once."""
+        if text not in self.warnings:
+            self.warnings.append(text)
+
+    def take(self) -> list[str]:
+        """Return what was not told yet, and forget it."""
+        taken, self.warnings = self.warnings, []
+        return taken
+
+
 class Deadline:
     """A moment in time after which work should stop, joined with the caller's cancel.
 

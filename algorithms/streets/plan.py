@@ -12,7 +12,7 @@ from ..errors import CancelledError, InfeasibleError, InputError, MeshError, Pla
 from ..mesh import QuadMesh, subdivide
 from ..network.problem import IntArray
 from ..network.specification import FORBID, Specification
-from ..progress import Deadline, Progress, Share, Silent
+from ..progress import Deadline, Held, Progress, Share, Silent
 from ..site.types import AccessPoint, BoundaryStreet, Site
 from .adopt import adopt_streets
 from .drawing import draw_plan
@@ -285,24 +285,26 @@ def _best_plan(
 ) -> SitePlan:
     """Design the streets on several meshes, or the given one, and keep the best plan."""
     arrivals = arriving_streets(site, ARRIVAL_SPACING * spec.block_width)
+    held = Held(progress)  # nobody needs to hear of meshes that are not taken
     if mesh is not None:
         given = _met(mesh, arrivals)
         choices: list[Callable[[], QuadMesh]] = [lambda: given]
     else:
         own = wishes or Wishes()
         exits = own.sinks if spec.sink_mode == "points" else ()
-        choices = mesh_choices(site, spec, arrivals, progress, own.required, exits)
+        choices = mesh_choices(site, spec, arrivals, held, own.required, exits)
     earlier = [line for own in wishes.start.values() for line in own] if wishes else []
     if wishes is not None and earlier:
         check_start(site, earlier, wishes.start_layer)
         choices = [mesh_of_start(choices, earlier)]
     tried: list[QuadMesh] = []
     best: tuple[float, SitePlan] | None = None
-    failures: list[MeshError | InfeasibleError | InputError] = []
+    kept, failures = list[str](), list[Exception]()
     for i, make in enumerate(choices):
         if best is not None and (best[0] < GOOD_ENOUGH or deadline.passed()):
             break
-        part = Share(progress, i / len(choices), (i + 1) / len(choices))
+        held.take()
+        part = Share(held, i / len(choices), (i + 1) / len(choices))
         left = max(1.0, deadline.left / (len(choices) - i))
         try:
             which = f" {i + 1} of at most {len(choices)}" if len(choices) > 1 else ""
@@ -326,7 +328,9 @@ def _best_plan(
             break
         score = _misfit(plan, spec)
         if best is None or score < best[0] - 1e-9:
-            best = score, plan
+            best, kept = (score, plan), held.take()
+    for text in held.take() if best is None else kept:
+        progress.warn(text)
     if best is None:
         if not failures:
             raise MeshError(f"No candidate mesh could be made of {site.name}.")

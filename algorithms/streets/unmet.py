@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 import shapely
 
@@ -13,6 +12,7 @@ from ..network.checks.facts import Violation, facts_of
 from ..network.checks.requirements import check_requirements
 from ..network.requirements.links import Link
 from .levels import LevelledNetwork
+from .why_not import Place
 
 #: What is wrong, for a planner, by the kind of requirement.
 TEXTS: Mapping[str, str] = {
@@ -24,26 +24,7 @@ TEXTS: Mapping[str, str] = {
 }
 
 
-@dataclass(frozen=True)
-class Remark:
-    """Something that a planner asked for and has otherwise, or not at all.
-
-    Attributes
-    ----------
-    point
-        Where, in the working CRS.
-    problem
-        What is wrong there.
-    action
-        What was done about it, or could be.
-    """
-
-    point: shapely.Point
-    problem: str
-    action: str
-
-
-def unmet_requirements(network: LevelledNetwork) -> list[Remark]:
+def unmet_requirements(network: LevelledNetwork) -> list[Place]:
     """List where soft requirements are broken, as the independent check sees it.
 
     Ends of through routes that were moved by more than a mesh edge are listed, too, and blocks
@@ -56,30 +37,30 @@ def unmet_requirements(network: LevelledNetwork) -> list[Remark]:
 
     Returns
     -------
-    list of Remark
+    list of Place
         Each once.
     """
-    found: dict[tuple[float, float, str], Remark] = {}
+    found: dict[tuple[float, float, str], Place] = {}
     for remark in (*_broken(network), *_moved(network), *_left(network)):
         found.setdefault((remark.point.x, remark.point.y, remark.problem), remark)
     return list(found.values())
 
 
-def _broken(network: LevelledNetwork) -> Iterator[Remark]:
+def _broken(network: LevelledNetwork) -> Iterator[Place]:
     """Yield the violations of requirements."""
     for solved in network.solved:
         problem = solved.problem
         if not problem.requirements:
             continue
         for broken in check_requirements(problem, facts_of(problem, solved.design.active)):
-            yield Remark(
+            yield Place(
                 _place(broken, problem.mesh),
                 TEXTS.get(broken.kind, broken.text),
                 "left so: it would cost more than it is worth, or cannot be had",
             )
 
 
-def _moved(network: LevelledNetwork) -> Iterator[Remark]:
+def _moved(network: LevelledNetwork) -> Iterator[Place]:
     """Yield the ends of drawn routes that begin or end elsewhere."""
     routes = [
         (link, solved.problem.mesh)
@@ -96,7 +77,7 @@ def _moved(network: LevelledNetwork) -> Iterator[Remark]:
         gaps, cell = min(pairs, key=lambda pair: sum(pair[0]), default=([0.0, 0.0], math.inf))
         for end, gap in zip(ends, gaps):
             if gap > cell:
-                yield Remark(
+                yield Place(
                     end,
                     f"Through route {feature} begins or ends {gap:.0f} m from here, where it was "
                     "drawn.",
@@ -105,10 +86,10 @@ def _moved(network: LevelledNetwork) -> Iterator[Remark]:
                 )
 
 
-def _left(network: LevelledNetwork) -> Iterator[Remark]:
+def _left(network: LevelledNetwork) -> Iterator[Place]:
     """Yield the blocks for which the last level found nothing."""
     for place in network.left:
-        yield Remark(
+        yield Place(
             place,
             "No culs-de-sac could be found for this block.",
             "left with the streets of the levels above; allow more time, or give the rules that "

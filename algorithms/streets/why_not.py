@@ -19,7 +19,7 @@ MOST = 100
 
 @dataclass(frozen=True)
 class Place:
-    """A place where something keeps a site from having a design.
+    """A place where something keeps a site from having a design, or what is asked from being kept.
 
     Attributes
     ----------
@@ -28,7 +28,7 @@ class Place:
     problem
         What is wrong there.
     action
-        What could be done.
+        What was done about it, or could be.
     """
 
     point: shapely.Point

@@ -35,7 +35,8 @@ _ADVICE = {
     "length budget": "Take streets away, or give a larger budget.",
     "way out": "Join the place to a nearer exit, or allow a longer way.",
     "junction spacing": "Move one of the two streets, or allow a smaller spacing.",
-    "distance": "The streets were edited after the distances were written: design again.",
+    "distance": "The streets were edited or smoothed after the distances were written: delete "
+    "the field, or design again.",
 }
 #: Field with the coverage range of an area, where none is chosen.
 _RANGE = "coverage_m"

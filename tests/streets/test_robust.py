@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import shapely
 from platwright.errors import InfeasibleError, MeshError
+from platwright.mesh import quadrangulate
 from platwright.network import solve as solve_module
 from platwright.network.evaluate import Evaluator
 from platwright.network.level_settings import LevelSettings
@@ -50,6 +51,24 @@ class Told(Silent):
 
     def warn(self, text: str) -> None:
         self.warnings.append(text)
+
+
+@pytest.mark.parametrize("good", [0, 1])
+def test_warnings_about_meshes_that_are_not_taken_are_not_told(monkeypatch, good):
+    def two(site, spec, arrivals, progress, *rest):
+        def warned(i):
+            progress.warn(f"mesh {i}")
+            return quadrangulate(site.polygon, (72.0, 60.0)[i])
+
+        return [lambda: warned(0), lambda: warned(1)]
+
+    scores = iter([1.0, 2.0] if good == 0 else [2.0, 1.0])
+    monkeypatch.setattr(plan_module, "mesh_choices", two)
+    monkeypatch.setattr(plan_module, "_misfit", lambda *_: next(scores))
+    told = Told()
+    site = make_site(shapely.box(0, 0, 360, 288))
+    design_streets([site], Specification(time_limit=4.0), progress=told)
+    assert [text for text in told.warnings if text.startswith("mesh")] == [f"mesh {good}"]
 
 
 def test_a_block_without_culs_de_sac_keeps_its_streets(monkeypatch):
