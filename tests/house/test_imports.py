@@ -22,11 +22,15 @@ MAY_IMPORT = {
     "osm": {"site"},
     # Reads results, so it must not know how they came about.
     "measure": {"site"},
+    # What is optimised is measured by pure functions of geometry there.
+    "parcels": {"site", "measure"},
 }
 COMMON = {"errors", "progress"}
 #: The same for the rooms inside `network`, those on the left first; files beside them that only
 #: say what is asked (`problem`, `structure`...) are everyone's.
 NETWORK = ("oneway", "cuts", "cp", "requirements", "mip", "bounds", "checks", "search", "why")
+#: And for those inside `parcels`.
+PARCELS = ("templates", "warp", "cut", "halving", "refine", "fill", "field", "roadmesh", "split")
 #: Packages that the library may use; they are declared in pyproject.toml.
 DECLARED = {
     "geopandas", "highspy", "networkx", "numpy", "ortools", "pandas", "pulp", "pyproj", "scipy",
@@ -115,19 +119,20 @@ def test_rooms_import_only_leftwards():
     assert not wrong, ", ".join(wrong)
 
 
-def test_rooms_of_the_network_import_only_leftwards():
-    folder = ROOT / "algorithms" / "network"
+@pytest.mark.parametrize(("name", "order"), [("network", NETWORK), ("parcels", PARCELS)])
+def test_rooms_inside_a_room_import_only_leftwards(name, order):
+    folder = ROOT / "algorithms" / name
     rooms = {path.parent.name for path in folder.rglob("*.py") if path.parent != folder}
-    assert rooms == set(NETWORK)
+    assert rooms <= set(order)
     wrong = []
-    for path in python_files("algorithms/network"):
+    for path in python_files(f"algorithms/{name}"):
         room = path.relative_to(folder).parts[0]
         skip = for_types_only(path)
-        for node, level, name in imports(path):
-            parts = target(path, level, name) if level else ()
-            if room not in rooms or len(parts) < 3 or parts[1] != "network":
+        for node, level, imported in imports(path):
+            parts = target(path, level, imported) if level else ()
+            if room not in rooms or len(parts) < 3 or parts[1] != name:
                 continue
-            later = NETWORK[NETWORK.index(room) + 1 :]
+            later = order[order.index(room) + 1 :]
             if parts[2] in later and node.lineno not in skip:
                 wrong.append(f"{place(path, node)} imports {parts[2]}")
     assert not wrong, ", ".join(wrong)

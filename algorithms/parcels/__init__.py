@@ -1,0 +1,1 @@
+"""Streets and parcels together: blocks, templates, streamlines (UP)."""
