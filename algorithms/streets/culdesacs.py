@@ -17,6 +17,7 @@ import numpy as np
 import shapely
 from shapely.geometry import LineString, Polygon
 
+from ..levels import CUL_DE_SAC
 from ..network.problem import BoolArray, FloatArray, IntArray
 from ..network.specification import Specification
 from ..progress import Progress, Silent
@@ -24,7 +25,7 @@ from .blocks import Block
 from .chords import BEND, ON, STEP, Joint, Outline, joints_at
 from .cross_streets import OBSTACLE_CLEARANCE, STAGGERED, CrossStreet, Surroundings
 from .fitting import GOOD_FROM
-from .program import CUL_DE_SAC, DEEP
+from .program import DEEP
 
 #: Least distance of a cul-de-sac from walls, for a plot between (share of the block width, 25 m
 #: at 72 m), and of its end from what it might run into.

@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 from shapely.geometry import LineString
 
+from ..levels import CUL_DE_SAC
 from ..network.problem import IntArray
 from ..network.specification import Specification
 from ..progress import Progress
@@ -22,7 +23,6 @@ from .joints import Connector, connect, connectors, trim_ends
 from .levels import LevelledNetwork
 from .one_way import directed_pieces
 from .pieces import Piece, add_cross_streets, street_pieces
-from .program import CUL_DE_SAC
 from .segments import segments
 from .site_plan import SitePlan, goes_on
 from .survey import Ground

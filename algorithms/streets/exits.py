@@ -15,6 +15,7 @@ import shapely
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
+from ..levels import CUL_DE_SAC
 from ..network.problem import BoolArray, NetworkProblem
 from ..network.requirements.base import Requirement
 from ..network.requirements.exits import ExitCount
@@ -22,7 +23,6 @@ from ..network.requirements.links import Link
 from ..network.requirements.reach import MaxDistance
 from ..network.specification import Specification
 from .adopt import existing_lines
-from .program import CUL_DE_SAC
 from .survey import Ground
 
 #: A street that passes a vertex of the mesh within this distance runs through it (metres).

@@ -19,13 +19,13 @@ from shapely.geometry import LineString, MultiLineString, Point, Polygon
 from shapely.ops import substring
 
 from ..errors import InputError
+from ..levels import CUL_DE_SAC
 from ..network.problem import FloatArray
 from ..progress import Progress
 from ..site.types import AccessPoint, BoundaryStreet, Site
 from .adopt import existing_lines
 from .blocks import GRID, SCRAP
 from .joints import NEAR, TOUCHING, Connector, connect, split_at
-from .program import CUL_DE_SAC
 from .survey import CARRY
 from .wishes import TOUCH, Wishes
 

@@ -1,28 +1,17 @@
-"""The hierarchy of streets: names and design speeds of the levels, and which streets end blind."""
+"""The hierarchy of streets: design speeds that were asked for, and which streets end blind."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import networkx as nx
 
+from ..levels import CUL_DE_SAC, LOCAL, SPEEDS
 from ..network.specification import Specification
 from .pieces import Piece
-from .program import COLLECTOR, CUL_DE_SAC, LOCAL, MAJOR
 from .survey import Ground
-
-#: What the levels are called.
-LEVEL_NAMES: Mapping[int, str] = {
-    MAJOR: "major",
-    COLLECTOR: "collector",
-    LOCAL: "local",
-    CUL_DE_SAC: "cul-de-sac",
-}
-#: Design speeds, km/h: 40, 30 and 20 miles per hour (CND section 5.1) as limits that are posted;
-#: culs-de-sac are slower than the paper's 20 miles per hour, since children play there.
-SPEEDS: Mapping[int, float] = {MAJOR: 65.0, COLLECTOR: 50.0, LOCAL: 30.0, CUL_DE_SAC: 20.0}
 
 
 def speed_kmh(spec: Specification, level: int) -> float:

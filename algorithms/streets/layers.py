@@ -14,10 +14,11 @@ from pyproj import CRS
 from shapely.geometry import LineString, Point
 
 from ..errors import PlatwrightError
+from ..levels import LEVEL_NAMES
 from ..network.specification import Specification
 from ..site.types import BoundaryStreet, Site
 from .adopt import existing_lines
-from .hierarchy import LEVEL_NAMES, speed_kmh
+from .hierarchy import speed_kmh
 from .joints import TIP, split_at
 from .limits import or_limits
 from .site_plan import SitePlan, StreetPlan

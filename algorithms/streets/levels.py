@@ -13,12 +13,13 @@ import numpy.typing as npt
 import shapely
 
 from ..errors import CancelledError, InfeasibleError, InputError, MeshError
+from ..levels import COLLECTOR, CUL_DE_SAC, LOCAL
 from ..network.problem import BoolArray, Design, IntArray, NetworkProblem
 from ..network.specification import Specification
 from ..progress import Deadline, Progress, SearchState, Silent
 from .earlier import UNKNOWN
 from .exits import exits_allowed, exits_demanded, out_of_reach
-from .program import COLLECTOR, CUL_DE_SAC, LOCAL, asked_at, level_problem
+from .program import asked_at, level_problem
 from .requirements import joins_blocks, share_of_limits, with_requirements
 from .solving import Solved, solve_level
 from .survey import Ground

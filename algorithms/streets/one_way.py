@@ -11,6 +11,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 from shapely.geometry import LineString
 
+from ..levels import LOCAL
 from ..network.oneway.orientation import orient
 from ..network.problem import BoolArray, IntArray, NetworkProblem
 from ..network.specification import Specification
@@ -18,7 +19,6 @@ from ..progress import Progress
 from .align import Alignment
 from .levels import LevelledNetwork
 from .pieces import Piece
-from .program import LOCAL
 from .survey import Ground
 
 #: A piece of street lies on a mesh edge that is drawn this near to its middle (metres).

@@ -12,6 +12,7 @@ import shapely
 from shapely.geometry import LineString
 from shapely.ops import substring
 
+from ..levels import CUL_DE_SAC, LOCAL
 from ..mesh import QuadMesh
 from ..network.problem import FloatArray, IntArray
 from ..site.types import Site
@@ -19,7 +20,6 @@ from .adopt import existing_lines
 from .align import Alignment
 from .cross_streets import CrossStreet
 from .joints import split_at
-from .program import CUL_DE_SAC, LOCAL
 from .survey import Ground
 
 XY = tuple[float, float]

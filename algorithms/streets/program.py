@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..levels import COLLECTOR, CUL_DE_SAC, LOCAL
 from ..network import rules
 from ..network.coverage import Range, coverage_balls
 from ..network.problem import BoolArray, Clause, FloatArray, NetworkProblem, Pattern
@@ -19,8 +20,6 @@ from ..network.specification import FORBID, Specification
 from .preferences import coverage_ranges
 from .survey import Ground
 
-#: Levels in the output: 1 major, 2 collector, 3 local, 4 cul-de-sac.
-MAJOR, COLLECTOR, LOCAL, CUL_DE_SAC = 1, 2, 3, 4
 #: Rules as in the paper: coverage of each level in edges of its mesh, and what a vertex without
 #: it costs. Cells of the culs-de-sac are so small that a place is worth two of them, no more.
 RANGES = {COLLECTOR: 2.0, LOCAL: 1.0}

@@ -15,6 +15,7 @@ import numpy as np
 from shapely.geometry import LineString, Point
 
 from ..errors import InputError
+from ..levels import COLLECTOR, CUL_DE_SAC, LOCAL
 from ..network.partition import face_areas, patches, point_to_point
 from ..network.problem import BoolArray, IntArray, NetworkProblem
 from ..network.requirements.base import Requirement
@@ -27,7 +28,6 @@ from ..network.requirements.twoways import TwoWays
 from ..network.specification import FORBID, Specification
 from .exits import exits_allowed, share_of_exits, touched, with_exits_left
 from .partition import patches_from_polygons
-from .program import COLLECTOR, CUL_DE_SAC, LOCAL
 from .survey import Ground
 
 #: Side of patches where none is given, in block lengths.

@@ -10,13 +10,13 @@ import networkx as nx
 import numpy as np
 
 from ..errors import InfeasibleError
+from ..levels import LOCAL
 from ..network.evaluate import Evaluator
 from ..network.problem import BoolArray, Clause, Design, NetworkProblem
 from ..network.solve import solve
 from ..network.specification import FORBID, Specification
 from ..progress import Deadline, Progress, SearchState, Share
 from .exits import without_exits
-from .program import LOCAL
 from .why_not import located
 
 #: Rounds in which rings on stems are cut off.

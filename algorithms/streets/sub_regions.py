@@ -11,6 +11,7 @@ import shapely
 from shapely.geometry import LineString
 
 from ..errors import CancelledError, InfeasibleError, InputError, MeshError
+from ..levels import COLLECTOR, LOCAL
 from ..mesh import QuadMesh
 from ..network.specification import Specification
 from ..progress import Deadline, Progress, Share
@@ -21,7 +22,6 @@ from .exits import exits_used
 from .fitting import edge_length
 from .given_levels import ACROSS, Division, across
 from .levels import LevelledNetwork
-from .program import COLLECTOR, LOCAL
 from .site_plan import SitePlan
 from .survey import Ground
 from .wishes import Whole, Wishes

@@ -25,7 +25,7 @@ MAY_IMPORT = {
     # What is optimised is measured by pure functions of geometry there.
     "parcels": {"site", "measure"},
 }
-COMMON = {"errors", "progress"}
+COMMON = {"errors", "levels", "progress"}
 #: The same for the rooms inside `network`, those on the left first; files beside them that only
 #: say what is asked (`problem`, `structure`...) are everyone's.
 NETWORK = ("oneway", "cuts", "cp", "requirements", "mip", "bounds", "checks", "search", "why")

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import shapely
 from platwright.errors import CancelledError, InfeasibleError
+from platwright.levels import COLLECTOR, LOCAL
 from platwright.measure import validate_network
 from platwright.mesh.grids import grid
 from platwright.network.examples import paper_problem
@@ -29,7 +30,7 @@ from platwright.streets.exits import (
     out_of_reach,
     share_of_exits,
 )
-from platwright.streets.program import COLLECTOR, LOCAL, level_problem
+from platwright.streets.program import level_problem
 from platwright.streets.requirements import with_requirements
 from platwright.streets.wishes import Whole
 from shapely.geometry import LineString, Point

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import pytest
 import shapely
+from platwright.levels import LEVEL_NAMES, SPEEDS
 from platwright.network.level_settings import LevelSettings
 from platwright.network.specification import FORBID, Specification
 from platwright.progress import Silent
 from platwright.site import BoundaryStreet
 from platwright.streets import design_streets, plan_layers
-from platwright.streets.hierarchy import LEVEL_NAMES, SPEEDS, speed_kmh
+from platwright.streets.hierarchy import speed_kmh
 from platwright.streets.levels import TIME_SHARES, time_share
 from platwright.streets.program import BLIND_END, asked_at
 from shapely.geometry import LineString

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import shapely
 from platwright.errors import InfeasibleError, MeshError
+from platwright.levels import COLLECTOR, LOCAL
 from platwright.mesh import quadrangulate
 from platwright.network import solve as solve_module
 from platwright.network.evaluate import Evaluator
@@ -27,7 +28,7 @@ from platwright.streets import (
 from platwright.streets import levels as levels_module
 from platwright.streets import plan as plan_module
 from platwright.streets.preferences import Zone
-from platwright.streets.program import COLLECTOR, LOCAL, level_problem
+from platwright.streets.program import level_problem
 from shapely.geometry import LineString
 
 from .conftest import make_site

@@ -1,0 +1,1 @@
+"""Sites split along streets until rows of parcels fit."""

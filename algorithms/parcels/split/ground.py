@@ -1,0 +1,171 @@
+"""How far the land of a region lies from access, at sample points that its parts inherit."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely.geometry import LineString, Polygon
+
+from ..edges import EdgeKind
+from ..roadmesh import StreetMesh
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Points of a region and their depth.
+
+    Attributes
+    ----------
+    xy
+        Points on a grid, shape (n, 2), metres.
+    depth
+        Distance from street space that gives access, shape (n,), metres; negative in it and
+        infinite where there is no access at all.
+    """
+
+    xy: Floats
+    depth: Floats
+
+    @property
+    def deepest(self) -> float:
+        """Largest depth, metres; 0 without points."""
+        return float(self.depth.max()) if len(self.depth) else 0.0
+
+    def beside(self, line: LineString, width: float) -> Samples:
+        """Return the same points with a street of some width more.
+
+        Parameters
+        ----------
+        line
+            Its centre line, metres.
+        width
+            Metres.
+        """
+        shapely.prepare(line)
+        new = shapely.distance(shapely.points(self.xy), line) - width / 2
+        return Samples(self.xy, np.minimum(self.depth, new))
+
+    def within(self, polygon: Polygon) -> Samples:
+        """Return the points inside a polygon.
+
+        Parameters
+        ----------
+        polygon
+            A part of the region.
+        """
+        shapely.prepare(polygon)
+        inside = shapely.contains_xy(polygon, self.xy)
+        return Samples(self.xy[inside], self.depth[inside])
+
+
+def sample(mesh: StreetMesh, region: int, spacing: float) -> Samples:
+    """Measure the depth of a region.
+
+    Parameters
+    ----------
+    mesh, region
+        The mesh and the number of the region.
+    spacing
+        Of the grid, metres.
+    """
+    polygon = mesh.polygon(region)
+    x0, y0, x1, y1 = polygon.bounds
+    x, y = np.meshgrid(
+        np.arange(x0 + spacing / 2, x1, spacing), np.arange(y0 + spacing / 2, y1, spacing)
+    )
+    xy = np.column_stack([x.ravel(), y.ravel()])
+    shapely.prepare(polygon)
+    xy = xy[shapely.contains_xy(polygon, xy)]
+    depth = np.full(len(xy), math.inf)
+    lines, offsets = [], []
+    for a, b in mesh.regions[region].edges():
+        edge = mesh.edge(a, b)
+        if edge.kind != EdgeKind.CLOSED:
+            lines.append(mesh.xy[[a, b]])
+            offsets.append(edge.width / 2 if edge.kind == EdgeKind.STREET else 0.0)
+    if lines and len(xy):
+        points = shapely.points(xy)
+        segments, half = shapely.linestrings(np.array(lines)), np.array(offsets)
+        for width in np.unique(half):
+            tree = shapely.STRtree(segments[half == width])
+            near = tree.geometries[tree.nearest(points)]
+            depth = np.minimum(depth, shapely.distance(points, near) - width)
+    return Samples(xy, depth)
+
+
+def block_length(polygon: Polygon) -> float:
+    """Longer side of the rectangle with the same area and perimeter, metres.
+
+    Unlike the side of the smallest rectangle around, it tells the length of bent strips.
+
+    Parameters
+    ----------
+    polygon
+        A region.
+
+    Examples
+    --------
+    >>> block_length(shapely.box(0, 0, 200, 75))
+    200.0
+    """
+    half = polygon.exterior.simplify(2.0).length / 2
+    root = half * half - 4 * polygon.area
+    return (half + math.sqrt(max(root, 0.0))) / 2
+
+
+def parts(polygon: Polygon, line: LineString) -> list[Polygon] | None:
+    """Cut a polygon along a line between two points of its outer ring.
+
+    Parameters
+    ----------
+    polygon
+        Possibly with holes, which must not meet the line.
+    line
+        From the ring to the ring, metres.
+
+    Returns
+    -------
+    list of Polygon or None
+        Two valid polygons, or None if the line does not cut it so.
+
+    Examples
+    --------
+    >>> [p.area for p in parts(shapely.box(0, 0, 4, 1), LineString([(1, 0), (1, 1)]))]
+    [3.0, 1.0]
+    """
+    ring = polygon.exterior
+    xy = shapely.get_coordinates(ring)[:-1]
+    along = np.r_[0.0, np.cumsum(np.hypot(*(np.roll(xy, -1, axis=0) - xy).T))]
+    chain = shapely.get_coordinates(line)
+    start, stop = (float(ring.project(shapely.Point(end))) for end in (chain[0], chain[-1]))
+    if abs(start - stop) < 1e-6:
+        return None
+    vertices = along[:-1]
+
+    def between(a: float, b: float) -> Floats:
+        # open interval, going round where b < a
+        if a < b:
+            return xy[(vertices > a + 1e-9) & (vertices < b - 1e-9)]
+        return np.vstack([xy[vertices > a + 1e-9], xy[vertices < b - 1e-9]])
+
+    first = Polygon(np.vstack([chain, between(stop, start)]))
+    second = Polygon(np.vstack([chain[::-1], between(start, stop)]))
+    if not (first.is_valid and second.is_valid):
+        return None
+    holes = polygon.interiors
+    if holes:
+        inside = [first.contains(shapely.Point(hole.coords[0])) for hole in holes]
+        cut = shapely.polygons(np.array(holes, dtype=object))
+        if shapely.intersects(cut, line).any():
+            return None
+        first = Polygon(first.exterior, [h for h, own in zip(holes, inside) if own])
+        second = Polygon(second.exterior, [h for h, own in zip(holes, inside) if not own])
+    if abs(first.area + second.area - polygon.area) > 1e-3:
+        return None
+    return [first, second]

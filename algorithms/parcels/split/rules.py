@@ -1,0 +1,77 @@
+"""What a planner asks of the streets that split a site."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Literal
+
+from ...errors import InputError
+
+#: smooth: as straight as the edges allow; distance: parallel to the nearest edge; guided: along
+#: drawn lines.
+FieldKind = Literal["smooth", "distance", "guided"]
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weights of the scores of a street (UP section 5).
+
+    Attributes
+    ----------
+    divergence
+        Streets that keep their distance from each other.
+    distance
+        Rows of parcels that fit between the street and the edges around.
+    singularities
+        Streets near the irregular points of the field.
+    continuity
+        Streets that go on where others arrive.
+    """
+
+    divergence: float = 1.0
+    distance: float = 1.0
+    singularities: float = 1.0
+    continuity: float = 1.0
+
+
+@dataclass(frozen=True)
+class SplitRules:
+    """What a planner asks of the streets that split a site.
+
+    Attributes
+    ----------
+    street_width
+        Width of the streets between their property lines, metres.
+    max_block_length
+        Blocks longer than this get a cross street where both its ends find one, metres.
+    field_kind
+        Kind of cross field.
+    weights
+        Of the scores.
+    least_depth, largest_depth
+        Land is at least and at most this many parcel depths from access.
+    turning_radius
+        Of the turning circle where a street ends at an edge without a street, metres.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+    """
+
+    street_width: float = 15.0
+    max_block_length: float = 230.0
+    field_kind: FieldKind = "smooth"
+    weights: Weights = field(default_factory=Weights)
+    least_depth: float = 0.6
+    largest_depth: float = 1.5
+    turning_radius: float = 9.0
+
+    def __post_init__(self) -> None:
+        for name in ("street_width", "max_block_length"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0):
+                raise InputError(
+                    f"The {name.replace('_', ' ')} is {value:g}.", "Give a number greater than 0."
+                )

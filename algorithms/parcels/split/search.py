@@ -1,0 +1,211 @@
+"""Splitting regions along streets until rows of parcels fit, with second thoughts (UP section 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from shapely.geometry import LineString
+
+from ...errors import CancelledError
+from ...progress import Progress, Silent
+from ..roadmesh import StreetMesh
+from ..rules import ParcelRules
+from .cutting import cut, fit_ends
+from .ground import Samples, block_length, parts, sample
+from .junctions import junctions_of
+from .proposals import Proposal, propose
+from .rules import SplitRules
+
+Floats = npt.NDArray[np.float64]
+#: Proposals that are looked at, and valid ones among which is chosen.
+LOOKED_AT = 60
+CHOSEN_FROM = 8
+#: Second thoughts: how many streets of one region are tried, and how often in all.
+TRIES = 3
+SECOND_THOUGHTS = 24
+#: Samples are this far apart, in parcel depths.
+SPACING = 1 / 6
+#: Weight of unequal halves where a long block is cut across.
+BALANCE = 2.0
+
+
+@dataclass
+class Split:
+    """What splitting led to.
+
+    Attributes
+    ----------
+    mesh
+        The streets and regions.
+    unserved
+        Regions with land too far from access that no street could be found for, and how much of
+        it they have, square metres.
+    streets
+        Number of streets made.
+    """
+
+    mesh: StreetMesh
+    unserved: dict[int, float] = field(default_factory=dict)
+    streets: int = 0
+
+
+@dataclass
+class Splitter:
+    """Splits the regions of a mesh.
+
+    Parameters
+    ----------
+    mesh
+        The mesh to begin with; it is not changed.
+    rules, split
+        What is asked of parcels and streets.
+    arriving
+        Places and directions of existing streets at the edge of the site.
+    seed
+        The best street is always taken first for 0, else one at random by its quality.
+    progress
+        Told how much land is served, asked for cancellation.
+    """
+
+    mesh: StreetMesh
+    rules: ParcelRules
+    split: SplitRules
+    arriving: Sequence[tuple[Floats, Floats]] = ()
+    seed: int = 0
+    progress: Progress = field(default_factory=Silent)
+
+    def run(self) -> Split:
+        """Split every region.
+
+        Raises
+        ------
+        CancelledError
+            If the caller cancels.
+        """
+        self._rng = np.random.default_rng(self.seed)
+        self._mesh = self.mesh.copy()
+        self._next = 1 + max((e.street for e in self._mesh.edges.values()), default=-1)
+        first = self._next
+        self._left = SECOND_THOUGHTS
+        self._spacing = SPACING * self.rules.depth
+        self._area = sum(self._mesh.polygon(r).area for r in self._mesh.regions)
+        self._done = 0.0
+        unserved: dict[int, float] = {}
+        for region in sorted(self._mesh.regions, key=lambda r: -self._mesh.polygon(r).area):
+            samples = sample(self._mesh, region, self._spacing)
+            unserved.update(self._solve(region, samples))
+        return Split(self._mesh, unserved, self._next - first)
+
+    def _solve(self, region: int, samples: Samples) -> dict[int, float]:
+        """Split a region and its parts; return what stays unserved, by region."""
+        if self.progress.cancelled():
+            msg = "cancelled while streets were laid"
+            raise CancelledError(msg)
+        polygon = self._mesh.polygon(region)
+        deep = samples.deepest > self.split.largest_depth * self.rules.depth
+        long = block_length(polygon) > self.split.max_block_length
+        if not deep and not long:
+            return self._served(polygon.area)
+        found = self._proposals(region, samples, across=not deep)
+        if not found:
+            self._served(polygon.area)
+            return {region: self._bare(samples)} if deep else {}
+        best: tuple[float, StreetMesh, dict[int, float]] | None = None
+        before = (self._mesh.copy(), self._next, self._done) if deep else None
+        for at, proposal in enumerate(found[:TRIES]):
+            if at:
+                if before is None or self._left <= 0:
+                    break
+                self._left -= 1
+                self._mesh, self._next, self._done = before[0].copy(), before[1], before[2]
+            bare = self._try(region, samples, proposal)
+            total = sum(bare.values())
+            if best is None or total < best[0]:
+                best = (total, self._mesh.copy() if total else self._mesh, bare)
+            if total <= self.rules.area:
+                break
+        if best is None:
+            return {}
+        self._mesh = best[1]
+        return best[2]
+
+    def _try(self, region: int, samples: Samples, proposal: Proposal) -> dict[int, float]:
+        """Put a street in, and solve the parts."""
+        number, self._next = self._next, self._next + 1
+        width = self.split.street_width
+        more = samples.beside(proposal.line, width)
+        bare: dict[int, float] = {}
+        made = cut(self._mesh, region, proposal.line, number, width)
+        for part in sorted(made, key=lambda r: -self._mesh.polygon(r).area):
+            bare.update(self._solve(part, more.within(self._mesh.polygon(part))))
+        return bare
+
+    def _proposals(self, region: int, samples: Samples, *, across: bool) -> list[Proposal]:
+        """Propose streets that leave two good parts, in the order in which they are tried."""
+        polygon = self._mesh.polygon(region)
+        junctions = junctions_of(self._mesh, region, self.arriving)
+        kinds = self._mesh.kinds(region)
+        offered = propose(
+            polygon, kinds, junctions, self.rules, self.split, across=across,
+            seed=int(self._rng.integers(2**31)),
+        )  # fmt: skip
+        found: list[Proposal] = []
+        for proposal in offered[:LOOKED_AT]:
+            line = fit_ends(self._mesh, region, proposal.line)
+            worse = self._judge(region, samples, line, across=across)
+            if worse is not None:
+                found.append(Proposal(line, proposal.quality + worse))
+            if len(found) >= CHOSEN_FROM:
+                break
+        found.sort(key=lambda p: p.quality)
+        return self._shuffled(found) if self.seed else found
+
+    def _judge(
+        self, region: int, samples: Samples, line: LineString, *, across: bool
+    ) -> float | None:
+        """Tell how much worse a street is than its quality says, None where it cannot be."""
+        polygon = self._mesh.polygon(region)
+        made = parts(polygon, line) if line.is_simple else None
+        if made is None or min(part.area for part in made) < 3 * self.rules.area:
+            return None
+        more = samples.beside(line, self.split.street_width)
+        for part in made:
+            if more.within(part).deepest < self.split.least_depth * self.rules.depth:
+                return None
+        if across:
+            first, second = (part.area for part in made)
+            return BALANCE * abs(first - second) / polygon.area
+        return 0.0
+
+    def _shuffled(self, found: list[Proposal]) -> list[Proposal]:
+        """Bring proposals into a random order in which the better ones tend to be first."""
+        if not found:
+            return found
+        quality = np.array([p.quality for p in found])
+        spread = max(float(quality.max() - quality.min()), 1e-9)
+        keys = quality / spread * 3 + self._rng.gumbel(size=len(found))
+        return [found[k] for k in np.argsort(keys)]
+
+    def _served(self, area: float) -> dict[int, float]:
+        """Take note of land that is done."""
+        self._done += area
+        self.progress.stage("Laying streets", min(1.0, self._done / self._area))
+        return {}
+
+    def _bare(self, samples: Samples) -> float:
+        """Area of the land that is too far from access, square metres."""
+        limit = self.split.largest_depth * self.rules.depth
+        return float((samples.depth > limit).sum()) * self._spacing**2
+
+
+def arriving_ends(points: Sequence[tuple[tuple[float, float], tuple[float, float]]]) -> list[
+    tuple[Floats, Floats]
+]:
+    """Turn access points (place, direction into the site) into arrays."""
+    return [(np.array(place), np.array(way)) for place, way in points]
+
+
