@@ -1,4 +1,4 @@
-"""Splitting regions along streets until rows of parcels fit, with second thoughts (UP section 3)."""
+"""Splitting regions along streets until parcels fit, with second thoughts (UP section 3)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
-
 from shapely.geometry import LineString
 
 from ...errors import CancelledError
@@ -202,10 +201,8 @@ class Splitter:
         return float((samples.depth > limit).sum()) * self._spacing**2
 
 
-def arriving_ends(points: Sequence[tuple[tuple[float, float], tuple[float, float]]]) -> list[
-    tuple[Floats, Floats]
-]:
+def arriving_ends(
+    points: Sequence[tuple[tuple[float, float], tuple[float, float]]],
+) -> list[tuple[Floats, Floats]]:
     """Turn access points (place, direction into the site) into arrays."""
     return [(np.array(place), np.array(way)) for place, way in points]
-
-
