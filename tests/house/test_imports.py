@@ -30,7 +30,18 @@ COMMON = {"errors", "levels", "progress"}
 #: say what is asked (`problem`, `structure`...) are everyone's.
 NETWORK = ("oneway", "cuts", "cp", "requirements", "mip", "bounds", "checks", "search", "why")
 #: And for those inside `parcels`.
-PARCELS = ("templates", "warp", "cut", "halving", "refine", "fill", "field", "roadmesh", "split")
+PARCELS = (
+    "templates",
+    "warp",
+    "cut",
+    "halving",
+    "refine",
+    "fill",
+    "field",
+    "roadmesh",
+    "improve",
+    "split",
+)
 #: Packages that the library may use; they are declared in pyproject.toml.
 DECLARED = {
     "geopandas", "highspy", "networkx", "numpy", "ortools", "pandas", "pulp", "pyproj", "scipy",

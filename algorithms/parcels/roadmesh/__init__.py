@@ -2,6 +2,7 @@
 
 from .begin import GivenStreet, Ground, begin_mesh
 from .land import region_blocks
+from .layer import street_layer
 from .mesh import MeshEdge, Region, StreetMesh
 from .streets import MeshStreet, street_lines
 
@@ -14,5 +15,6 @@ __all__ = [
     "StreetMesh",
     "begin_mesh",
     "region_blocks",
+    "street_layer",
     "street_lines",
 ]

@@ -1,0 +1,207 @@
+"""A layout: streets, blocks and parcels of one site, made and judged (UP section 3)."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from shapely.geometry import Point
+
+from ...measure.parcel_shape import corner_deviation, rectangle_ratio, undesirable
+from ...progress import Progress, Share, Silent
+from ..fill import fill_blocks
+from ..roadmesh import Ground, StreetMesh, begin_mesh, region_blocks
+from ..rules import ParcelRules
+from ..types import Block, Plot
+from .rules import SplitRules
+from .search import Splitter
+
+#: What the score of a layout counts (see `Score.value`): degrees of p_angle, undesirable
+#: parcels, green that nobody asked for, and parcels that are missing.
+WEIGHTS = {"p_angle": 1.0, "p_area": 50.0, "undesirable": 30.0, "green": 25.0, "street": 15.0}
+
+
+@dataclass(frozen=True)
+class Remark:
+    """Something about a layout that a planner should know, and where."""
+
+    place: Point
+    problem: str
+    action: str = ""
+    severity: str = "info"
+
+
+@dataclass(frozen=True)
+class Score:
+    """How good a layout is.
+
+    Attributes
+    ----------
+    parcels
+        Number of parcels.
+    p_angle, p_area
+        Means over the parcels, degrees and ratio (UP section 7).
+    undesirable, green, street
+        Shares: of the parcels, and of the land that is green (or court) or street.
+    """
+
+    parcels: int
+    p_angle: float
+    p_area: float
+    undesirable: float
+    green: float
+    street: float
+
+    @property
+    def value(self) -> float:
+        """One number to compare layouts of a site by; smaller is better."""
+        return (
+            WEIGHTS["p_angle"] * self.p_angle
+            + WEIGHTS["p_area"] * (self.p_area - 1)
+            + WEIGHTS["undesirable"] * self.undesirable
+            + WEIGHTS["green"] * self.green
+            + WEIGHTS["street"] * self.street
+        )
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Streets, blocks and parcels of a site.
+
+    Attributes
+    ----------
+    ground
+        What it was made on.
+    mesh
+        Streets and regions.
+    regions
+        Number of the region of each block.
+    blocks, plots
+        The blocks, and what each was cut into.
+    remarks
+        What a planner should know.
+    score
+        How good it is.
+    seed
+        With which it can be made again.
+    seconds
+        What took how long, by stage.
+    """
+
+    ground: Ground
+    mesh: StreetMesh
+    regions: Sequence[int]
+    blocks: Sequence[Block]
+    plots: Sequence[Sequence[Plot]]
+    remarks: Sequence[Remark]
+    score: Score
+    seed: int = 0
+    seconds: dict[str, float] = field(default_factory=dict)
+
+
+def lay_out(
+    ground: Ground,
+    rules: ParcelRules,
+    split: SplitRules,
+    *,
+    arriving: Sequence[tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]] = (),
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Layout:
+    """Lay out a site: streets until parcels fit, then parcels.
+
+    Parameters
+    ----------
+    ground
+        The site.
+    rules, split
+        What is asked of parcels and of streets.
+    arriving
+        Places and directions of existing streets at the edge of the site.
+    seed
+        0 takes the best street each time, others one at random by quality.
+    progress
+        Told of the work, asked for cancellation.
+
+    Raises
+    ------
+    CancelledError
+        If the caller cancels.
+    """
+    told = progress or Silent()
+    start = time.perf_counter()
+    mesh, given = begin_mesh(ground)
+    remarks = [Remark(place, text, "look at it", "warning") for place, text in given]
+    done = Splitter(mesh, rules, split, arriving, seed, Share(told, 0.0, 0.5)).run()
+    for region, bare in sorted(done.unserved.items()):
+        remarks.append(
+            Remark(
+                done.mesh.polygon(region).representative_point(),
+                f"{bare:.0f} m2 are far from every street, and no street was found for them",
+                "draw a street through them, or let them be green",
+                "warning",
+            )
+        )
+    seconds = {"streets": time.perf_counter() - start}
+    layout = _filled(
+        Layout(ground, done.mesh, (), (), (), remarks, Score(0, 0, 1, 0, 0, 0), seed, seconds),
+        rules, split, Share(told, 0.5, 1.0),
+    )  # fmt: skip
+    return layout
+
+
+def _filled(layout: Layout, rules: ParcelRules, split: SplitRules, progress: Progress) -> Layout:
+    """Cut the blocks of a layout into plots."""
+    start = time.perf_counter()
+    by_region = region_blocks(layout.mesh, split.turning_radius)
+    blocks = [block for many in by_region.values() for block in many]
+    regions = [region for region, many in by_region.items() for _ in many]
+    filled = fill_blocks(blocks, rules, seed=layout.seed, progress=progress)
+    remarks = [*layout.remarks, *(_remark(problem) for problem in filled.problems)]
+    seconds = {**layout.seconds, "parcels": time.perf_counter() - start}
+    return replace(
+        layout,
+        regions=regions,
+        blocks=blocks,
+        plots=filled.plots,
+        remarks=remarks,
+        score=judge(layout.ground, filled.plots),
+        seconds=seconds,
+    )
+
+
+def _remark(problem: Any) -> Remark:
+    """Turn a problem of a block into a remark."""
+    return Remark(problem.place, problem.reason, problem.action)
+
+
+def judge(ground: Ground, plots: Sequence[Sequence[Plot]]) -> Score:
+    """Measure the plots of a site.
+
+    Parameters
+    ----------
+    ground
+        The site.
+    plots
+        By block.
+    """
+    every = [plot for many in plots for plot in many]
+    parcels = np.array([p.polygon for p in every if p.use == "parcel"], dtype=object)
+    area = ground.polygon.area
+    green = sum(p.polygon.area for p in every if p.use in ("green", "court"))
+    land = sum(p.polygon.area for p in every if p.use not in ("street", "lane"))
+    if not len(parcels):
+        return Score(0, 0.0, 1.0, 0.0, green / area, 1 - land / area)
+    angle, ratio = corner_deviation(parcels), rectangle_ratio(parcels)
+    return Score(
+        parcels=len(parcels),
+        p_angle=float(angle.mean()),
+        p_area=float(ratio.mean()),
+        undesirable=float(undesirable(angle, ratio).mean()),
+        green=green / area,
+        street=1 - land / area,
+    )
