@@ -130,7 +130,7 @@ def test_two_chains_cut_a_ring_in_two():
         (place[(0.0, 0.0)], place[(100.0, 100.0)]),
         (place[(300.0, 300.0)], place[(200.0, 200.0)]),
     ]
-    halves = mesh.split(1, chains, MeshEdge(EdgeKind.STREET, 0, 10.0))
+    halves = mesh.split(1, chains, [MeshEdge(EdgeKind.STREET, 0, 10.0)] * 2)
     assert len(halves) == 2
     check_planar(mesh, site)
     assert [mesh.polygon(p).area for p in halves] == pytest.approx([40000, 40000])

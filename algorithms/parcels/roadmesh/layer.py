@@ -59,7 +59,6 @@ def street_layer(
     rows: list[dict[str, Any]] = []
     for k, (street, level, ways) in enumerate(zip(streets, levels.tolist(), out), start=1):
         start, stop = (float(way) if np.isfinite(way) else None for way in ways)
-        known = start is not None and stop is not None
         rows.append(
             {
                 "street_id": k,
@@ -67,10 +66,10 @@ def street_layer(
                 "level": level,
                 "status": "given" if street.fixed else "new",
                 "length_m": street.line.length,
-                "dist_to_sink_m": (start + stop) / 2 if known else None,
+                "dist_to_sink_m": None if start is None or stop is None else (start + stop) / 2,
                 "dist_start_m": start,
                 "dist_end_m": stop,
-                "direction": _direction(start, stop) if known else 0,
+                "direction": _direction(start, stop),
                 "speed_kmh": SPEEDS[level],
                 "name": names[street.street] if street.street < len(names) else "",
                 "level_name": LEVEL_NAMES[level],

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -159,7 +159,9 @@ class StreetMesh:
             self._left[(start, v)] = self._left[(v, end)] = number
         return v
 
-    def split(self, region: int, chains: Sequence[Sequence[int]], edge: MeshEdge) -> list[int]:
+    def split(
+        self, region: int, chains: Sequence[Sequence[int]], edges: Sequence[MeshEdge]
+    ) -> list[int]:
         """Split a region along chains of vertices and return the numbers of its parts.
 
         Parameters
@@ -169,22 +171,18 @@ class StreetMesh:
         chains
             Each a line inside the region, as numbers of vertices, that begins and ends on its
             rings (or on another chain).
-        edge
-            What the new edges are.
+        edges
+            What the edges of each chain are.
         """
         old = self.regions.pop(region)
         halves = list(old.edges())
-        for chain in chains:
+        for chain, edge in zip(chains, edges):
             for a, b in zip(chain[:-1], chain[1:]):
                 halves += [(a, b), (b, a)]
                 self.set_edge(a, b, edge)
         for half in old.edges():
             self._left.pop(half, None)
         return [self.add_region(rings) for rings in _faces(halves, self.xy)]
-
-    def retain(self, edge: MeshEdge, **changes: object) -> MeshEdge:
-        """Return an edge with some attributes changed."""
-        return replace(edge, **changes)  # type: ignore[arg-type]
 
 
 def _with(ring: Ring, a: int, b: int, v: int) -> Ring:

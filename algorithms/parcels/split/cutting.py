@@ -63,7 +63,7 @@ def cut(mesh: StreetMesh, region: int, line: LineString, street: int, width: flo
         place, (a, b), vertex = locate(mesh, region, xy[end], mesh.degrees())
         ends.append(mesh.insert(a, b, (place[0], place[1])) if vertex is None else vertex)
     chain = [ends[0], *mesh.add_vertices(xy[1:-1]), ends[1]]
-    return mesh.split(region, [chain], MeshEdge(EdgeKind.STREET, street, width))
+    return mesh.split(region, [chain], [MeshEdge(EdgeKind.STREET, street, width)])
 
 
 def locate(

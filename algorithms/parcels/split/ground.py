@@ -114,8 +114,8 @@ def block_length(polygon: Polygon) -> float:
     >>> block_length(shapely.box(0, 0, 200, 75))
     200.0
     """
-    half = polygon.exterior.simplify(2.0).length / 2
-    root = half * half - 4 * polygon.area
+    half = float(polygon.exterior.simplify(2.0).length) / 2
+    root = half * half - 4 * float(polygon.area)
     return (half + math.sqrt(max(root, 0.0))) / 2
 
 
@@ -151,7 +151,7 @@ def parts(polygon: Polygon, line: LineString) -> list[Polygon] | None:
     def between(a: float, b: float) -> Floats:
         # open interval, going round where b < a
         if a < b:
-            return xy[(vertices > a + 1e-9) & (vertices < b - 1e-9)]
+            return np.asarray(xy[(vertices > a + 1e-9) & (vertices < b - 1e-9)])
         return np.vstack([xy[vertices > a + 1e-9], xy[vertices < b - 1e-9]])
 
     first = Polygon(np.vstack([chain, between(stop, start)]))

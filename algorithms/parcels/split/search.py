@@ -17,6 +17,7 @@ from .cutting import cut, fit_ends
 from .ground import Samples, block_length, parts, sample
 from .junctions import junctions_of
 from .proposals import Proposal, propose
+from .rings import open_holes, tie
 from .rules import SplitRules
 
 Floats = npt.NDArray[np.float64]
@@ -105,6 +106,13 @@ class Splitter:
             msg = "cancelled while streets were laid"
             raise CancelledError(msg)
         polygon = self._mesh.polygon(region)
+        if samples.deepest <= 0:
+            return self._served(polygon.area)
+        for hole in open_holes(self._mesh, region):
+            made = tie(self._mesh, region, hole, self._next, self.split.street_width)
+            if made:
+                self._next += 2
+                return self._parts(made)
         deep = samples.deepest > self.split.largest_depth * self.rules.depth
         long = block_length(polygon) > self.split.max_block_length
         if not deep and not long:
@@ -137,10 +145,17 @@ class Splitter:
         number, self._next = self._next, self._next + 1
         width = self.split.street_width
         more = samples.beside(proposal.line, width)
+        return self._parts(cut(self._mesh, region, proposal.line, number, width), more)
+
+    def _parts(self, made: list[int], samples: Samples | None = None) -> dict[int, float]:
+        """Solve the parts of a region, the largest first; without samples these are made."""
         bare: dict[int, float] = {}
-        made = cut(self._mesh, region, proposal.line, number, width)
         for part in sorted(made, key=lambda r: -self._mesh.polygon(r).area):
-            bare.update(self._solve(part, more.within(self._mesh.polygon(part))))
+            if samples is None:
+                own = sample(self._mesh, part, self._spacing)
+            else:
+                own = samples.within(self._mesh.polygon(part))
+            bare.update(self._solve(part, own))
         return bare
 
     def _proposals(self, region: int, samples: Samples, *, across: bool) -> list[Proposal]:
@@ -177,7 +192,7 @@ class Splitter:
                 return None
         if across:
             first, second = (part.area for part in made)
-            return BALANCE * abs(first - second) / polygon.area
+            return float(BALANCE * abs(first - second) / polygon.area)
         return 0.0
 
     def _shuffled(self, found: list[Proposal]) -> list[Proposal]:
