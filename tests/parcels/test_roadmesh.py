@@ -21,6 +21,7 @@ from platwright.parcels.roadmesh.ranks import natural_streets, street_levels, wa
 from platwright.parcels.roadmesh.streets import dead_ends
 from platwright.parcels.split.cutting import cut, fit_ends
 from platwright.parcels.split.ground import parts
+from platwright.parcels.split.junctions import junctions_of
 from shapely.geometry import LineString, MultiLineString, Polygon, box
 
 
@@ -95,10 +96,10 @@ def test_a_cut_inserts_its_ends_in_the_neighbours_too():
     site = box(0, 0, 200, 100)
     mesh, _ = begin_mesh(ground(site))
     west, east = sorted(
-        cut(mesh, 1, LineString([(100, 0), (100, 100)]), 0, 10.0),
+        cut(mesh, 1, [LineString([(100, 0), (100, 100)])], 0, 10.0),
         key=lambda r: mesh.polygon(r).centroid.x,
     )
-    cut(mesh, east, LineString([(100, 40), (200, 40)]), 1, 10.0)
+    cut(mesh, east, [LineString([(100, 40), (200, 40)])], 1, 10.0)
     check_planar(mesh, site)
     assert len(mesh.regions) == 3
     assert len(mesh.regions[west].rings[0]) == 5
@@ -109,14 +110,16 @@ def test_a_cut_inserts_its_ends_in_the_neighbours_too():
 def test_ends_near_a_junction_make_a_crossing():
     site = box(0, 0, 200, 100)
     mesh, _ = begin_mesh(ground(site))
-    halves = cut(mesh, 1, LineString([(100, 0), (100, 100)]), 0, 10.0)
+    halves = cut(mesh, 1, [LineString([(100, 0), (100, 100)])], 0, 10.0)
     west, east = sorted(halves, key=lambda r: mesh.polygon(r).centroid.x)
-    cut(mesh, east, LineString([(100, 40), (200, 40)]), 1, 10.0)
-    line = fit_ends(mesh, west, LineString([(0, 42.5), (50, 42.5), (100, 42.5)]))
+    cut(mesh, east, [LineString([(100, 40), (200, 40)])], 1, 10.0)
+    line = fit_ends(
+        mesh, west, LineString([(0, 42.5), (50, 42.5), (100, 42.5)]), junctions_of(mesh, west)
+    )
     assert line.coords[-1] == (100.0, 40.0)
     # the drift is spread over the street, so that it has no kink at its end
     assert line.coords[1] == pytest.approx((50.0, 42.5))
-    cut(mesh, west, line, 2, 10.0)
+    cut(mesh, west, [line], 2, 10.0)
     check_planar(mesh, site)
     assert len(mesh.regions) == 4
 
@@ -139,7 +142,7 @@ def test_two_chains_cut_a_ring_in_two():
 def test_a_hole_goes_to_the_part_around_it():
     site = Polygon(box(0, 0, 300, 100).exterior, [box(200, 40, 220, 60).exterior])
     mesh, _ = begin_mesh(ground(site))
-    cut(mesh, 1, LineString([(100, 0), (100, 100)]), 0, 10.0)
+    cut(mesh, 1, [LineString([(100, 0), (100, 100)])], 0, 10.0)
     check_planar(mesh, site)
     assert sorted(len(mesh.regions[r].rings) for r in mesh.regions) == [1, 2]
     blocks = [b for many in region_blocks(mesh).values() for b in many]
@@ -151,7 +154,7 @@ def test_blind_streets_get_a_turning_circle_and_the_lowest_level():
     site = box(0, 0, 200, 100)
     front = MultiLineString([LineString([(0, 0), (200, 0)])])
     mesh, _ = begin_mesh(ground(site, frontage=front))
-    cut(mesh, 1, LineString([(100, 0), (100, 100)]), 0, 10.0)
+    cut(mesh, 1, [LineString([(100, 0), (100, 100)])], 0, 10.0)
     lines = street_lines(mesh)
     (blind,) = dead_ends(mesh)
     assert tuple(mesh.xy[blind]) == (100.0, 100.0)
@@ -167,9 +170,9 @@ def test_blind_streets_get_a_turning_circle_and_the_lowest_level():
 def test_long_streets_that_lead_through_are_collectors():
     site = box(0, 0, 400, 200)
     mesh, _ = begin_mesh(ground(site))
-    halves = cut(mesh, 1, LineString([(0, 100), (400, 100)]), 0, 12.0)
-    cut(mesh, halves[0], LineString([(200, 100), (200, 0 if mesh.polygon(halves[0]).bounds[1] < 50
-                                                 else 200)]), 1, 12.0)  # fmt: skip
+    halves = cut(mesh, 1, [LineString([(0, 100), (400, 100)])], 0, 12.0)
+    far = 0 if mesh.polygon(halves[0]).bounds[1] < 50 else 200
+    cut(mesh, halves[0], [LineString([(200, 100), (200, far)])], 1, 12.0)
     lines = street_lines(mesh)
     natural = natural_streets(lines)
     levels = street_levels(mesh, lines, [])
@@ -194,10 +197,10 @@ def test_any_row_of_cuts_leaves_a_planar_mesh(cuts):
         inside = shapely.intersection(LineString(ends), mesh.polygon(region))
         if inside.geom_type != "LineString" or inside.length < 20:
             continue
-        line = fit_ends(mesh, region, inside)
-        if parts(mesh.polygon(region), line) is None:
+        line = fit_ends(mesh, region, inside, junctions_of(mesh, region))
+        if parts(mesh.polygon(region), [line]) is None:
             continue
-        cut(mesh, region, line, number, 10.0)
+        cut(mesh, region, [line], number, 10.0)
         check_planar(mesh, site)
     blocks = [b.polygon for many in region_blocks(mesh).values() for b in many]
     assert all(b.is_valid for b in blocks)

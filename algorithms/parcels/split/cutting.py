@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 import shapely
@@ -11,16 +13,21 @@ from ..edges import EdgeKind
 from ..roadmesh import MeshEdge, StreetMesh
 
 Floats = npt.NDArray[np.float64]
-#: Ends of streets this near to a junction become part of it (metres; UP's continuity).
-TO_JUNCTION = 4.0
+#: Ends of streets this near to where another arrives from across become one crossing with it:
+#: UP's continuity is 4 m, but crossings a few metres apart are dangerous (metres).
+TO_JUNCTION = 15.0
+#: ... where the directions of both differ by less than this (degrees).
+ALIGNED = 30.0
 #: Ends this near to any other vertex become it (metres).
 TO_VERTEX = 0.5
 #: An end that moves takes this much of its street along, less and less (metres).
-EASE = 60.0
+EASE = 120.0
 
 
-def fit_ends(mesh: StreetMesh, region: int, line: LineString) -> LineString:
-    """Draw the ends of a street on to junctions that are near, and to the edge of its region.
+def fit_ends(
+    mesh: StreetMesh, region: int, line: LineString, junctions: tuple[Floats, Floats]
+) -> LineString:
+    """Draw the ends of a street to the streets that arrive from across, and on to the edge.
 
     Parameters
     ----------
@@ -28,27 +35,43 @@ def fit_ends(mesh: StreetMesh, region: int, line: LineString) -> LineString:
         The mesh and the number of the region.
     line
         Centre line through the region, metres.
+    junctions
+        Places and directions of the streets that arrive, see `junctions_of`.
     """
     xy = shapely.get_coordinates(line).copy()
-    degrees = mesh.degrees()
-    for end in (0, -1):
-        place, _, vertex = locate(mesh, region, xy[end], degrees)
-        target = place if vertex is None else mesh.xy[vertex]
+    for end, inner in ((0, 1), (-1, -2)):
+        way = xy[inner] - xy[end]
+        target = _across(xy[end], way / (np.hypot(*way) or 1.0), *junctions)
+        if target is None:
+            place, _, vertex = locate(mesh, region, xy[end])
+            target = place if vertex is None else mesh.xy[vertex]
         xy = _drag(xy, end, target - xy[end])
     return LineString(xy)
 
 
-def cut(mesh: StreetMesh, region: int, line: LineString, street: int, width: float) -> list[int]:
-    """Split a region along a street.
+def _across(xy: Floats, way: Floats, places: Floats, ways: Floats) -> Floats | None:
+    """Find the nearest junction that a street goes on from, or None."""
+    if not len(places):
+        return None
+    off = np.hypot(*(places - xy).T)
+    off[ways @ way < np.cos(np.radians(ALIGNED))] = np.inf
+    nearest = int(np.argmin(off))
+    return places[nearest] if off[nearest] < TO_JUNCTION else None
+
+
+def cut(
+    mesh: StreetMesh, region: int, lines: Sequence[LineString], street: int, width: float
+) -> list[int]:
+    """Split a region along streets.
 
     Parameters
     ----------
     mesh, region
         The mesh, which changes, and the number of the region.
-    line
-        Centre line, its ends on the region's rings, metres; see `fit_ends`.
+    lines
+        Centre lines, their ends on the region's rings, metres; see `fit_ends`.
     street
-        Number of the street.
+        Number of the first street; the others have the next.
     width
         Metres.
 
@@ -57,18 +80,19 @@ def cut(mesh: StreetMesh, region: int, line: LineString, street: int, width: flo
     list of int
         Numbers of the parts.
     """
-    xy = shapely.get_coordinates(line)
-    ends = []
-    for end in (0, -1):
-        place, (a, b), vertex = locate(mesh, region, xy[end], mesh.degrees())
-        ends.append(mesh.insert(a, b, (place[0], place[1])) if vertex is None else vertex)
-    chain = [ends[0], *mesh.add_vertices(xy[1:-1]), ends[1]]
-    return mesh.split(region, [chain], [MeshEdge(EdgeKind.STREET, street, width)])
+    chains, edges = [], []
+    for number, line in enumerate(lines):
+        xy = shapely.get_coordinates(line)
+        ends = []
+        for end in (0, -1):
+            place, (a, b), vertex = locate(mesh, region, xy[end])
+            ends.append(mesh.insert(a, b, (place[0], place[1])) if vertex is None else vertex)
+        chains.append([ends[0], *mesh.add_vertices(xy[1:-1]), ends[1]])
+        edges.append(MeshEdge(EdgeKind.STREET, street + number, width))
+    return mesh.split(region, chains, edges)
 
 
-def locate(
-    mesh: StreetMesh, region: int, xy: Floats, degrees: npt.NDArray[np.int64]
-) -> tuple[Floats, tuple[int, int], int | None]:
+def locate(mesh: StreetMesh, region: int, xy: Floats) -> tuple[Floats, tuple[int, int], int | None]:
     """Find where on the edge of a region a point lies.
 
     Parameters
@@ -77,8 +101,6 @@ def locate(
         The mesh and the number of the region.
     xy
         The point, shape (2,), metres.
-    degrees
-        Of the vertices of the mesh.
 
     Returns
     -------
@@ -87,8 +109,7 @@ def locate(
     edge
         The edge that it is on.
     vertex
-        The vertex that it should be instead, or None: a junction within 4 m, any vertex within
-        half a metre.
+        The vertex within half a metre that it should be instead, or None.
     """
     halves = np.array(list(mesh.regions[region].edges()), dtype=int)
     start, stop = mesh.xy[halves[:, 0]], mesh.xy[halves[:, 1]]
@@ -97,15 +118,8 @@ def locate(
     t = np.clip(((xy - start) * way).sum(axis=1) / length, 0.0, 1.0)
     foot = start + way * t[:, None]
     k = int(np.argmin(np.hypot(*(foot - xy).T)))
-    off = np.hypot(*(start - xy).T)
-    junctions = np.where(degrees[halves[:, 0]] >= 3, off, np.inf)
-    vertex = None
-    if junctions.min() < TO_JUNCTION:
-        vertex = int(halves[int(np.argmin(junctions)), 0])
-    else:
-        near = np.hypot(*(start - foot[k]).T)
-        if near.min() < TO_VERTEX:
-            vertex = int(halves[int(np.argmin(near)), 0])
+    near = np.hypot(*(start - foot[k]).T)
+    vertex = int(halves[int(np.argmin(near)), 0]) if near.min() < TO_VERTEX else None
     return foot[k], (int(halves[k, 0]), int(halves[k, 1])), vertex
 
 

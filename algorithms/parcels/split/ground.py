@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 import shapely
+import shapely.affinity
 from shapely.geometry import LineString, Polygon
 
 from ..edges import EdgeKind
@@ -22,14 +24,14 @@ class Samples:
 
     Attributes
     ----------
-    xy
-        Points on a grid, shape (n, 2), metres.
+    points
+        On a grid, shape (n,), metres.
     depth
         Distance from street space that gives access, shape (n,), metres; negative in it and
         infinite where there is no access at all.
     """
 
-    xy: Floats
+    points: npt.NDArray[np.object_]
     depth: Floats
 
     @property
@@ -37,19 +39,19 @@ class Samples:
         """Largest depth, metres; 0 without points."""
         return float(self.depth.max()) if len(self.depth) else 0.0
 
-    def beside(self, line: LineString, width: float) -> Samples:
+    def beside(self, line: shapely.Geometry, width: float) -> Samples:
         """Return the same points with a street of some width more.
 
         Parameters
         ----------
         line
-            Its centre line, metres.
+            Its centre line or lines, metres.
         width
             Metres.
         """
         shapely.prepare(line)
-        new = shapely.distance(shapely.points(self.xy), line) - width / 2
-        return Samples(self.xy, np.minimum(self.depth, new))
+        new = shapely.distance(self.points, line) - width / 2
+        return Samples(self.points, np.minimum(self.depth, new))
 
     def within(self, polygon: Polygon) -> Samples:
         """Return the points inside a polygon.
@@ -60,8 +62,8 @@ class Samples:
             A part of the region.
         """
         shapely.prepare(polygon)
-        inside = shapely.contains_xy(polygon, self.xy)
-        return Samples(self.xy[inside], self.depth[inside])
+        inside = shapely.contains(polygon, self.points)
+        return Samples(self.points[inside], self.depth[inside])
 
 
 def sample(mesh: StreetMesh, region: int, spacing: float) -> Samples:
@@ -89,14 +91,14 @@ def sample(mesh: StreetMesh, region: int, spacing: float) -> Samples:
         if edge.kind != EdgeKind.CLOSED:
             lines.append(mesh.xy[[a, b]])
             offsets.append(edge.width / 2 if edge.kind == EdgeKind.STREET else 0.0)
+    points = shapely.points(xy)
     if lines and len(xy):
-        points = shapely.points(xy)
         segments, half = shapely.linestrings(np.array(lines)), np.array(offsets)
         for width in np.unique(half):
             tree = shapely.STRtree(segments[half == width])
             near = tree.geometries[tree.nearest(points)]
             depth = np.minimum(depth, shapely.distance(points, near) - width)
-    return Samples(xy, depth)
+    return Samples(points, depth)
 
 
 def block_length(polygon: Polygon) -> float:
@@ -119,15 +121,15 @@ def block_length(polygon: Polygon) -> float:
     return (half + math.sqrt(max(root, 0.0))) / 2
 
 
-def parts(polygon: Polygon, line: LineString) -> list[Polygon] | None:
-    """Cut a polygon along a line between two points of its outer ring.
+def parts(polygon: Polygon, lines: Sequence[LineString]) -> list[Polygon] | None:
+    """Cut a polygon along lines between points of its rings.
 
     Parameters
     ----------
     polygon
         Possibly with holes, which must not meet the line.
-    line
-        From the ring to the ring, metres.
+    lines
+        One from the outer ring to itself, or several that lead from hole to ring, metres.
 
     Returns
     -------
@@ -136,10 +138,14 @@ def parts(polygon: Polygon, line: LineString) -> list[Polygon] | None:
 
     Examples
     --------
-    >>> [p.area for p in parts(shapely.box(0, 0, 4, 1), LineString([(1, 0), (1, 1)]))]
+    >>> [p.area for p in parts(shapely.box(0, 0, 4, 1), [LineString([(1, 0), (1, 1)])])]
     [3.0, 1.0]
     """
     ring = polygon.exterior
+    ends = [shapely.Point(line.coords[k]) for line in lines for k in (0, -1)]
+    if len(lines) > 1 or max(ring.distance(end) for end in ends) > 1e-6:
+        return _noded(polygon, lines)
+    (line,) = lines
     xy = shapely.get_coordinates(ring)[:-1]
     along = np.r_[0.0, np.cumsum(np.hypot(*(np.roll(xy, -1, axis=0) - xy).T))]
     chain = shapely.get_coordinates(line)
@@ -154,8 +160,11 @@ def parts(polygon: Polygon, line: LineString) -> list[Polygon] | None:
             return np.asarray(xy[(vertices > a + 1e-9) & (vertices < b - 1e-9)])
         return np.vstack([xy[vertices > a + 1e-9], xy[vertices < b - 1e-9]])
 
-    first = Polygon(np.vstack([chain, between(stop, start)]))
-    second = Polygon(np.vstack([chain[::-1], between(start, stop)]))
+    loops = [np.vstack([chain, between(stop, start)])]
+    loops.append(np.vstack([chain[::-1], between(start, stop)]))
+    if min(map(len, loops)) < 3:
+        return None
+    first, second = map(Polygon, loops)
     if not (first.is_valid and second.is_valid):
         return None
     holes = polygon.interiors
@@ -169,3 +178,14 @@ def parts(polygon: Polygon, line: LineString) -> list[Polygon] | None:
     if abs(first.area + second.area - polygon.area) > 1e-3:
         return None
     return [first, second]
+
+
+def _noded(polygon: Polygon, lines: Sequence[LineString]) -> list[Polygon] | None:
+    """Cut a polygon along lines that end on several of its rings."""
+    rings = [LineString(ring.coords) for ring in (polygon.exterior, *polygon.interiors)]
+    # a breath longer, so that noding finds where they meet the rings
+    longer = [shapely.affinity.scale(line, 1 + 1e-6, 1 + 1e-6) for line in lines]
+    noded = shapely.union_all([*rings, *longer])
+    faces = shapely.get_parts(shapely.polygonize(shapely.get_parts(noded)))
+    inside = [f for f in faces if f.area > 1e-3 and polygon.covers(f.representative_point())]
+    return inside if len(inside) == 2 else None

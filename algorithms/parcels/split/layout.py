@@ -5,15 +5,15 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from shapely.geometry import Point
+from shapely.geometry import LineString, Point
 
 from ...measure.parcel_shape import corner_deviation, rectangle_ratio, undesirable
 from ...progress import Progress, Share, Silent
 from ..fill import fill_blocks
+from ..fill.result import FillProblem
 from ..roadmesh import Ground, StreetMesh, begin_mesh, region_blocks
 from ..rules import ParcelRules
 from ..types import Block, Plot
@@ -109,6 +109,7 @@ def lay_out(
     split: SplitRules,
     *,
     arriving: Sequence[tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]] = (),
+    guides: Sequence[LineString] = (),
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Layout:
@@ -122,6 +123,8 @@ def lay_out(
         What is asked of parcels and of streets.
     arriving
         Places and directions of existing streets at the edge of the site.
+    guides
+        Drawn lines that a guided field follows, metres.
     seed
         0 takes the best street each time, others one at random by quality.
     progress
@@ -136,7 +139,7 @@ def lay_out(
     start = time.perf_counter()
     mesh, given = begin_mesh(ground)
     remarks = [Remark(place, text, "look at it", "warning") for place, text in given]
-    done = Splitter(mesh, rules, split, arriving, seed, Share(told, 0.0, 0.5)).run()
+    done = Splitter(mesh, rules, split, arriving, guides, seed, Share(told, 0.0, 0.5)).run()
     for region, bare in sorted(done.unserved.items()):
         remarks.append(
             Remark(
@@ -174,9 +177,9 @@ def _filled(layout: Layout, rules: ParcelRules, split: SplitRules, progress: Pro
     )
 
 
-def _remark(problem: Any) -> Remark:
+def _remark(problem: FillProblem) -> Remark:
     """Turn a problem of a block into a remark."""
-    return Remark(problem.place, problem.reason, problem.action)
+    return Remark(problem.place, problem.reason, problem.done)
 
 
 def judge(ground: Ground, plots: Sequence[Sequence[Plot]]) -> Score:

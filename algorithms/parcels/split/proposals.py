@@ -1,23 +1,97 @@
-"""Streets that a region might be split along, from the field, best first."""
+"""Streets that a region might be split along, from a cross field, best first."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from shapely.geometry import LineString
+import numpy as np
+import numpy.typing as npt
+from shapely.geometry import LineString, Polygon
+
+from ..field.crosses import cross_field
+from ..field.propose import good_seeds
+from ..field.region import Region
+from ..field.score import score
+from ..field.spacing import Spacing
+from ..field.streamlines import streamlines
+from ..rules import ParcelRules
+from .rules import SplitRules
+
+Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """A street that a region might be split along.
+    """Streets that a region might be split along.
 
     Attributes
     ----------
-    line
-        Centre line from edge to edge of the region, metres.
+    lines
+        Centre lines from edge to edge of the region, metres: one, or two that meet the same
+        hole from different sides.
     quality
         Smaller is better, see `field.score`.
     """
 
-    line: LineString
+    lines: tuple[LineString, ...]
     quality: float
+
+
+def propose(
+    polygon: Polygon,
+    kinds: npt.NDArray[np.int64],
+    junctions: tuple[Floats, Floats],
+    rules: ParcelRules,
+    split: SplitRules,
+    *,
+    across: bool,
+    guides: Sequence[LineString] = (),
+    seed: int = 0,
+) -> list[Proposal]:
+    """Propose streets for a region.
+
+    Parameters
+    ----------
+    polygon
+        The region, metres.
+    kinds
+        What its edges are (`EdgeKind`), ring by ring, shape (e,).
+    junctions
+        Places and directions of streets that arrive at its edge, shape (j, 2) each.
+    rules, split
+        What is asked of parcels and streets.
+    across
+        Whether only streets across a narrow region are looked for.
+    guides
+        Drawn lines that the field follows where it is guided.
+    seed
+        Of the order in which lines are traced.
+
+    Returns
+    -------
+    list of Proposal
+        Best first; empty where the region is too small or thin for a street.
+    """
+    spacing = Spacing(rules.depth, split.street_width)
+    region = Region(polygon, kinds, *junctions)
+    if polygon.area < 2 * rules.depth**2:
+        return []
+    field = cross_field(polygon, split.field_kind, guides=guides)
+    if not len(field.mesh.inner):
+        return []
+    first = None if across else good_seeds(field, region, spacing)
+    lines = streamlines(field, depth=rules.depth, seed=seed, first=first)
+    scores = score(field, lines, region, spacing=spacing, weights=split.weights, across=across)
+    shapes = lines.geometry()
+    found = []
+    seen: set[tuple[int, int]] = set()
+    for number in scores.order.tolist():
+        partner = int(scores.partner[number])
+        pair = (min(number, partner), max(number, partner))
+        if partner >= 0 and pair in seen:
+            continue
+        seen.add(pair)
+        own = (shapes[number],) if partner < 0 else (shapes[number], shapes[partner])
+        found.append(Proposal(own, float(scores.quality[number])))
+    return found

@@ -11,8 +11,8 @@ import shapely
 from shapely.geometry import LineString, Polygon
 
 from ..edges import EdgeKind
-from ..roadmesh import MeshEdge, StreetMesh
-from .cutting import locate
+from ..roadmesh import StreetMesh
+from .cutting import cut
 
 Floats = npt.NDArray[np.float64]
 #: Places on a hole from which a street is tried.
@@ -63,17 +63,7 @@ def tie(mesh: StreetMesh, region: int, hole: int, street: int, width: float) -> 
     pair = _best_pair(lines, polygon.interiors[hole - 1].length)
     if pair is None:
         return []
-    chains = []
-    for line in pair:
-        ends = []
-        for xy in shapely.get_coordinates(line):
-            place, (a, b), vertex = locate(mesh, region, xy, mesh.degrees())
-            ends.append(mesh.insert(a, b, (place[0], place[1])) if vertex is None else vertex)
-        chains.append(ends)
-    if len({v for chain in chains for v in chain}) < 4:
-        return []
-    edges = [MeshEdge(EdgeKind.STREET, street + k, width) for k in range(2)]
-    return mesh.split(region, chains, edges)
+    return cut(mesh, region, pair, street, width)
 
 
 def _rays(polygon: Polygon, hole: int) -> list[tuple[float, LineString, float]]:

@@ -4,35 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Literal
 
 from ...errors import InputError
-
-#: smooth: as straight as the edges allow; distance: parallel to the nearest edge; guided: along
-#: drawn lines.
-FieldKind = Literal["smooth", "distance", "guided"]
-
-
-@dataclass(frozen=True)
-class Weights:
-    """Weights of the scores of a street (UP section 5).
-
-    Attributes
-    ----------
-    divergence
-        Streets that keep their distance from each other.
-    distance
-        Rows of parcels that fit between the street and the edges around.
-    singularities
-        Streets near the irregular points of the field.
-    continuity
-        Streets that go on where others arrive.
-    """
-
-    divergence: float = 1.0
-    distance: float = 1.0
-    singularities: float = 1.0
-    continuity: float = 1.0
+from ..field.crosses import FieldKind
+from ..field.score import Weights
 
 
 @dataclass(frozen=True)
@@ -46,7 +21,8 @@ class SplitRules:
     max_block_length
         Blocks longer than this get a cross street where both its ends find one, metres.
     field_kind
-        Kind of cross field.
+        Kind of cross field: smooth (as straight as the edges allow), distance (parallel to the
+        nearest edge) or guided (along drawn lines).
     weights
         Of the scores.
     least_depth, largest_depth

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
-from shapely.geometry import LineString
+from shapely.geometry import LineString, MultiLineString
 
 from ...errors import CancelledError
 from ...progress import Progress, Silent
@@ -28,7 +28,7 @@ CHOSEN_FROM = 8
 TRIES = 3
 SECOND_THOUGHTS = 24
 #: Samples are this far apart, in parcel depths.
-SPACING = 1 / 6
+SPACING = 1 / 4
 #: Weight of unequal halves where a long block is cut across.
 BALANCE = 2.0
 
@@ -65,6 +65,8 @@ class Splitter:
         What is asked of parcels and streets.
     arriving
         Places and directions of existing streets at the edge of the site.
+    guides
+        Drawn lines that a guided field follows, metres.
     seed
         The best street is always taken first for 0, else one at random by its quality.
     progress
@@ -75,6 +77,7 @@ class Splitter:
     rules: ParcelRules
     split: SplitRules
     arriving: Sequence[tuple[Floats, Floats]] = ()
+    guides: Sequence[LineString] = ()
     seed: int = 0
     progress: Progress = field(default_factory=Silent)
 
@@ -142,10 +145,10 @@ class Splitter:
 
     def _try(self, region: int, samples: Samples, proposal: Proposal) -> dict[int, float]:
         """Put a street in, and solve the parts."""
-        number, self._next = self._next, self._next + 1
+        number, self._next = self._next, self._next + len(proposal.lines)
         width = self.split.street_width
-        more = samples.beside(proposal.line, width)
-        return self._parts(cut(self._mesh, region, proposal.line, number, width), more)
+        more = samples.beside(MultiLineString(proposal.lines), width)
+        return self._parts(cut(self._mesh, region, proposal.lines, number, width), more)
 
     def _parts(self, made: list[int], samples: Samples | None = None) -> dict[int, float]:
         """Solve the parts of a region, the largest first; without samples these are made."""
@@ -164,29 +167,29 @@ class Splitter:
         junctions = junctions_of(self._mesh, region, self.arriving)
         kinds = self._mesh.kinds(region)
         offered = propose(
-            polygon, kinds, junctions, self.rules, self.split, across=across,
+            polygon, kinds, junctions, self.rules, self.split, across=across, guides=self.guides,
             seed=int(self._rng.integers(2**31)),
         )  # fmt: skip
         found: list[Proposal] = []
         for proposal in offered[:LOOKED_AT]:
-            line = fit_ends(self._mesh, region, proposal.line)
-            worse = self._judge(region, samples, line, across=across)
+            lines = tuple(fit_ends(self._mesh, region, line, junctions) for line in proposal.lines)
+            worse = self._judge(region, samples, lines, across=across)
             if worse is not None:
-                found.append(Proposal(line, proposal.quality + worse))
+                found.append(Proposal(lines, proposal.quality + worse))
             if len(found) >= CHOSEN_FROM:
                 break
         found.sort(key=lambda p: p.quality)
         return self._shuffled(found) if self.seed else found
 
     def _judge(
-        self, region: int, samples: Samples, line: LineString, *, across: bool
+        self, region: int, samples: Samples, lines: Sequence[LineString], *, across: bool
     ) -> float | None:
         """Tell how much worse a street is than its quality says, None where it cannot be."""
         polygon = self._mesh.polygon(region)
-        made = parts(polygon, line) if line.is_simple else None
+        made = parts(polygon, lines) if all(line.is_simple for line in lines) else None
         if made is None or min(part.area for part in made) < 3 * self.rules.area:
             return None
-        more = samples.beside(line, self.split.street_width)
+        more = samples.beside(MultiLineString(lines), self.split.street_width)
         for part in made:
             if more.within(part).deepest < self.split.least_depth * self.rules.depth:
                 return None
