@@ -60,7 +60,9 @@ def turning_place(mesh: StreetMesh, v: int, radius: float) -> npt.NDArray[np.flo
     return np.asarray(mesh.xy[v] + way / (np.hypot(*way) or 1.0) * radius)
 
 
-def region_blocks(mesh: StreetMesh, turning: float = 0.0) -> dict[int, list[Block]]:
+def region_blocks(
+    mesh: StreetMesh, turning: float = 0.0, regions: Sequence[int] | None = None
+) -> dict[int, list[Block]]:
     """Blocks of every region, in the order of their numbers; `Block.block_id` counts from 1.
 
     Parameters
@@ -69,10 +71,12 @@ def region_blocks(mesh: StreetMesh, turning: float = 0.0) -> dict[int, list[Bloc
         The mesh.
     turning
         See `region_land`.
+    regions
+        Numbers of regions; None for all.
     """
     found: dict[int, list[Block]] = {}
     number = 0
-    for region in sorted(mesh.regions):
+    for region in sorted(mesh.regions) if regions is None else regions:
         closed = closed_edges(mesh, region)
         found[region] = []
         for part in region_land(mesh, region, turning):

@@ -69,12 +69,15 @@ class StreetMesh:
         The regions by number.
     edges
         What the edges are, by their vertices, the lower number first.
+    parents
+        From which region each was split, also of regions that are no more.
     """
 
     def __init__(self) -> None:
         self.xy: npt.NDArray[np.float64] = np.zeros((0, 2))
         self.regions: dict[int, Region] = {}
         self.edges: dict[tuple[int, int], MeshEdge] = {}
+        self.parents: dict[int, int] = {}
         self._left: dict[tuple[int, int], int] = {}
         self._next = 1
 
@@ -84,6 +87,7 @@ class StreetMesh:
         other.xy = self.xy.copy()
         other.regions = dict(self.regions)
         other.edges = dict(self.edges)
+        other.parents = dict(self.parents)
         other._left = dict(self._left)
         other._next = self._next
         return other
@@ -182,7 +186,64 @@ class StreetMesh:
                 self.set_edge(a, b, edge)
         for half in old.edges():
             self._left.pop(half, None)
-        return [self.add_region(rings) for rings in _faces(halves, self.xy)]
+        parts = [self.add_region(rings) for rings in _faces(halves, self.xy)]
+        self.parents.update(dict.fromkeys(parts, region))
+        return parts
+
+    def families(self, most: int) -> list[tuple[int, tuple[int, ...]]]:
+        """Find the regions of the past that have up to so many parts now, the smallest first.
+
+        Parameters
+        ----------
+        most
+            Number of parts; regions that are still whole are left out.
+
+        Returns
+        -------
+        list of (int, tuple of int)
+            Number of the region of the past, and of its parts.
+        """
+        parts: dict[int, list[int]] = {}
+        for region in self.regions:
+            above = self.parents.get(region)
+            while above is not None:
+                parts.setdefault(above, []).append(region)
+                above = self.parents.get(above)
+        few = [(k, tuple(sorted(own))) for k, own in parts.items() if 2 <= len(own) <= most]
+        return sorted(few, key=lambda own: (len(own[1]), own))
+
+    def merge(self, region: int, parts: Sequence[int]) -> int:
+        """Put the parts of a region together again, and return its new number.
+
+        Parameters
+        ----------
+        region
+            Its old number, see `families`.
+        parts
+            All its parts; the edges between them go.
+
+        Raises
+        ------
+        ValueError
+            If they are not one face.
+        """
+        halves = [half for number in parts for half in self.regions[number].edges()]
+        every = set(halves)
+        outline = [(a, b) for a, b in halves if (b, a) not in every]
+        faces = _faces(outline, self.xy)
+        if len(faces) != 1:
+            msg = f"{len(parts)} regions make {len(faces)} faces"
+            raise ValueError(msg)
+        for a, b in halves:
+            del self._left[(a, b)]
+            if (b, a) in every:
+                self.edges.pop((a, b) if a < b else (b, a), None)
+        for number in parts:
+            del self.regions[number]
+        whole = self.add_region(faces[0])
+        if region in self.parents:
+            self.parents[whole] = self.parents[region]
+        return whole
 
 
 def _with(ring: Ring, a: int, b: int, v: int) -> Ring:

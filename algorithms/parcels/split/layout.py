@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -12,11 +12,12 @@ from shapely.geometry import LineString, Point
 
 from ...measure.parcel_shape import corner_deviation, rectangle_ratio, undesirable
 from ...progress import Progress, Share, Silent
-from ..fill import fill_blocks
 from ..fill.result import FillProblem
-from ..roadmesh import Ground, StreetMesh, begin_mesh, region_blocks
+from ..roadmesh import Ground, StreetMesh, begin_mesh
 from ..rules import ParcelRules
 from ..types import Block, Plot
+from .backtrack import Backtracker
+from .cells import Cell, fill_regions
 from .rules import SplitRules
 from .search import Splitter
 
@@ -136,45 +137,60 @@ def lay_out(
         If the caller cancels.
     """
     told = progress or Silent()
-    start = time.perf_counter()
+    watch = _Watch()
     mesh, given = begin_mesh(ground)
     remarks = [Remark(place, text, "look at it", "warning") for place, text in given]
-    done = Splitter(mesh, rules, split, arriving, guides, seed, Share(told, 0.0, 0.5)).run()
-    for region, bare in sorted(done.unserved.items()):
-        remarks.append(
-            Remark(
-                done.mesh.polygon(region).representative_point(),
-                f"{bare:.0f} m2 are far from every street, and no street was found for them",
-                "draw a street through them, or let them be green",
-                "warning",
-            )
-        )
-    seconds = {"streets": time.perf_counter() - start}
-    layout = _filled(
-        Layout(ground, done.mesh, (), (), (), remarks, Score(0, 0, 1, 0, 0, 0), seed, seconds),
-        rules, split, Share(told, 0.5, 1.0),
+    splitter = Splitter(mesh, rules, split, arriving, guides, seed, Share(told, 0.0, 0.4))
+    mesh = splitter.run().mesh
+    watch.stop("streets")
+    turning = split.turning_radius
+    cells = fill_regions(
+        mesh, sorted(mesh.regions), rules, turning=turning, seed=seed,
+        progress=Share(told, 0.4, 0.6),
     )  # fmt: skip
-    return layout
+    watch.stop("parcels")
+    splitter.progress = Silent()
+    second = Backtracker(splitter, mesh, cells, seed)
+    second.run(split.tries, Share(told, 0.6, 0.9))
+    watch.stop("backtracking")
+    return _layout(ground, second.mesh, second.cells, remarks, seed, watch.seconds)
 
 
-def _filled(layout: Layout, rules: ParcelRules, split: SplitRules, progress: Progress) -> Layout:
-    """Cut the blocks of a layout into plots."""
-    start = time.perf_counter()
-    by_region = region_blocks(layout.mesh, split.turning_radius)
-    blocks = [block for many in by_region.values() for block in many]
-    regions = [region for region, many in by_region.items() for _ in many]
-    filled = fill_blocks(blocks, rules, seed=layout.seed, progress=progress)
-    remarks = [*layout.remarks, *(_remark(problem) for problem in filled.problems)]
-    seconds = {**layout.seconds, "parcels": time.perf_counter() - start}
-    return replace(
-        layout,
-        regions=regions,
-        blocks=blocks,
-        plots=filled.plots,
-        remarks=remarks,
-        score=judge(layout.ground, filled.plots),
-        seconds=seconds,
-    )
+class _Watch:
+    """Tells how long each stage took."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def stop(self, stage: str) -> None:
+        """Take note of the time since the last stage."""
+        now = time.perf_counter()
+        self.seconds[stage] = now - self._last
+        self._last = now
+
+
+def _layout(
+    ground: Ground,
+    mesh: StreetMesh,
+    cells: Mapping[int, Cell],
+    remarks: Sequence[Remark],
+    seed: int,
+    seconds: dict[str, float],
+) -> Layout:
+    """Gather the cells of all regions; blocks are numbered from 1."""
+    regions: list[int] = []
+    blocks: list[Block] = []
+    plots: list[Sequence[Plot]] = []
+    found = list(remarks)
+    for region in sorted(cells):
+        cell = cells[region]
+        for block, cut in zip(cell.blocks, cell.plots):
+            regions.append(region)
+            blocks.append(replace(block, block_id=len(blocks) + 1))
+            plots.append(cut)
+        found += [_remark(problem) for problem in cell.problems]
+    return Layout(ground, mesh, regions, blocks, plots, found, judge(ground, plots), seed, seconds)
 
 
 def _remark(problem: FillProblem) -> Remark:

@@ -27,6 +27,8 @@ class SplitRules:
         Of the scores.
     least_depth, largest_depth
         Land is at least and at most this many parcel depths from access.
+    tries
+        How many poor regions are split anew after the first parcels, at most.
     turning_radius
         Of the turning circle where a street ends at an edge without a street, metres.
 
@@ -42,6 +44,7 @@ class SplitRules:
     weights: Weights = field(default_factory=Weights)
     least_depth: float = 0.6
     largest_depth: float = 1.5
+    tries: int = 24
     turning_radius: float = 9.0
 
     def __post_init__(self) -> None:

@@ -44,13 +44,10 @@ class Split:
     unserved
         Regions with land too far from access that no street could be found for, and how much of
         it they have, square metres.
-    streets
-        Number of streets made.
     """
 
     mesh: StreetMesh
     unserved: dict[int, float] = field(default_factory=dict)
-    streets: int = 0
 
 
 @dataclass
@@ -89,19 +86,48 @@ class Splitter:
         CancelledError
             If the caller cancels.
         """
-        self._rng = np.random.default_rng(self.seed)
-        self._mesh = self.mesh.copy()
-        self._next = 1 + max((e.street for e in self._mesh.edges.values()), default=-1)
-        first = self._next
-        self._left = SECOND_THOUGHTS
-        self._spacing = SPACING * self.rules.depth
-        self._area = sum(self._mesh.polygon(r).area for r in self._mesh.regions)
-        self._done = 0.0
+        self._start(self.mesh.copy(), self.seed)
         unserved: dict[int, float] = {}
         for region in sorted(self._mesh.regions, key=lambda r: -self._mesh.polygon(r).area):
             samples = sample(self._mesh, region, self._spacing)
             unserved.update(self._solve(region, samples))
-        return Split(self._mesh, unserved, self._next - first)
+        return Split(self._mesh, unserved)
+
+    def again(self, mesh: StreetMesh, region: int, parts: Sequence[int], seed: int) -> Split | None:
+        """Split a region otherwise than it was.
+
+        Parameters
+        ----------
+        mesh
+            Holds the parts of the region; it is not changed.
+        region
+            Number of the region that was split, see `StreetMesh.families`.
+        parts
+            Numbers of its parts.
+        seed
+            Of the random choices.
+
+        Returns
+        -------
+        Split or None
+            None if no street was found.
+        """
+        trial = mesh.copy()
+        whole = trial.merge(region, parts)
+        self._start(trial, seed)
+        unserved = self._solve(whole, sample(trial, whole, self._spacing))
+        return None if whole in self._mesh.regions else Split(self._mesh, unserved)
+
+    def _start(self, mesh: StreetMesh, seed: int) -> None:
+        """Begin with a mesh, which is changed."""
+        self._rng = np.random.default_rng(seed)
+        self._random = seed != 0
+        self._mesh = mesh
+        self._next = 1 + max((e.street for e in mesh.edges.values()), default=-1)
+        self._left = SECOND_THOUGHTS
+        self._spacing = SPACING * self.rules.depth
+        self._area = sum(mesh.polygon(r).area for r in mesh.regions)
+        self._done = 0.0
 
     def _solve(self, region: int, samples: Samples) -> dict[int, float]:
         """Split a region and its parts; return what stays unserved, by region."""
@@ -179,7 +205,7 @@ class Splitter:
             if len(found) >= CHOSEN_FROM:
                 break
         found.sort(key=lambda p: p.quality)
-        return self._shuffled(found) if self.seed else found
+        return self._shuffled(found) if self._random else found
 
     def _judge(
         self, region: int, samples: Samples, lines: Sequence[LineString], *, across: bool

@@ -1,0 +1,112 @@
+"""Regions with what became of them: blocks, plots, and what they cost."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...measure.parcel_shape import corner_deviation, rectangle_ratio, undesirable
+from ...progress import Progress
+from ..fill import fill_blocks
+from ..fill.result import FillProblem
+from ..roadmesh import StreetMesh
+from ..roadmesh.land import region_blocks
+from ..rules import ParcelRules
+from ..types import Block, Plot
+
+#: What land costs: each parcel its p_angle in degrees, its p_area above 1, and what an
+#: undesirable one costs besides; green and street for each parcel that would fit there.
+ANGLE, AREA, BAD, GREEN, STREET = 1.0, 50.0, 30.0, 12.0, 10.0
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A region and what became of it.
+
+    Attributes
+    ----------
+    blocks, plots
+        Its land, and what each piece was cut into.
+    problems
+        What a planner should know of them.
+    cost
+        See `cost_of`.
+    """
+
+    blocks: Sequence[Block]
+    plots: Sequence[Sequence[Plot]]
+    problems: Sequence[FillProblem]
+    cost: float
+
+
+def fill_regions(
+    mesh: StreetMesh,
+    regions: Sequence[int],
+    rules: ParcelRules,
+    *,
+    turning: float = 0.0,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> dict[int, Cell]:
+    """Cut the land of regions into plots.
+
+    Parameters
+    ----------
+    mesh, regions
+        The mesh and the numbers of the regions.
+    rules
+        What is asked of parcels.
+    turning
+        Radius of turning circles at blind ends, metres.
+    seed
+        Of whatever is random.
+    progress
+        Told of the work.
+    """
+    by_region = region_blocks(mesh, turning, regions)
+    blocks = [block for many in by_region.values() for block in many]
+    filled = fill_blocks(blocks, rules, seed=seed, progress=progress)
+    problems: dict[int, list[FillProblem]] = {}
+    for problem in filled.problems:
+        problems.setdefault(problem.block_id, []).append(problem)
+    found = {}
+    at = 0
+    for region, own in by_region.items():
+        plots = filled.plots[at : at + len(own)]
+        at += len(own)
+        found[region] = Cell(
+            own,
+            plots,
+            [problem for block in own for problem in problems.get(block.block_id, [])],
+            cost_of(float(mesh.polygon(region).area), plots, rules),
+        )
+    return found
+
+
+def cost_of(area: float, plots: Sequence[Sequence[Plot]], rules: ParcelRules) -> float:
+    """Cost of a region: what its plots lack, in degrees of p_angle summed over parcels.
+
+    Costs of regions that are parts of another add up, so that one way to split it can be held
+    against another.
+
+    Parameters
+    ----------
+    area
+        Of the region, square metres; what is no plot is street.
+    plots
+        By block.
+    rules
+        How large a parcel is.
+    """
+    every = [plot for many in plots for plot in many]
+    parcels = np.array([p.polygon for p in every if p.use == "parcel"], dtype=object)
+    land = sum(p.polygon.area for p in every if p.use in ("parcel", "green", "court"))
+    green = sum(p.polygon.area for p in every if p.use in ("green", "court"))
+    cost = (GREEN * green + STREET * (area - land)) / rules.area
+    if len(parcels):
+        angle, ratio = corner_deviation(parcels), rectangle_ratio(parcels)
+        cost += float((ANGLE * angle + AREA * (ratio - 1)).sum())
+        cost += BAD * float(undesirable(angle, ratio).sum())
+    return float(cost)
