@@ -32,7 +32,8 @@ class Backtracker:
     mesh
         The mesh that it made.
     cells
-        Every region of the mesh with its plots.
+        Every region of the mesh with its plots, not refined, so that ways to split it are
+        compared as they are cut.
     seed
         Of the random choices.
     """
@@ -94,8 +95,9 @@ class Backtracker:
             return False
         made = [part for part in trial.mesh.regions if part not in self.mesh.regions]
         cells = fill_regions(
-            trial.mesh, made, self.splitter.rules, turning=self.splitter.split.turning_radius
-        )
+            trial.mesh, made, self.splitter.rules, refine=False,
+            turning=self.splitter.split.turning_radius,
+        )  # fmt: skip
         if sum(cell.cost for cell in cells.values()) >= before - LEAST_GAIN:
             return False
         self.mesh = trial.mesh

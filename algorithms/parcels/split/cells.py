@@ -48,6 +48,7 @@ def fill_regions(
     *,
     turning: float = 0.0,
     seed: int = 0,
+    refine: bool = True,
     progress: Progress | None = None,
 ) -> dict[int, Cell]:
     """Cut the land of regions into plots.
@@ -62,12 +63,14 @@ def fill_regions(
         Radius of turning circles at blind ends, metres.
     seed
         Of whatever is random.
+    refine
+        Whether parcels are improved by least squares, which takes most of the time.
     progress
         Told of the work.
     """
     by_region = region_blocks(mesh, turning, regions)
     blocks = [block for many in by_region.values() for block in many]
-    filled = fill_blocks(blocks, rules, seed=seed, progress=progress)
+    filled = fill_blocks(blocks, rules, seed=seed, refine=refine, progress=progress)
     problems: dict[int, list[FillProblem]] = {}
     for problem in filled.problems:
         problems.setdefault(problem.block_id, []).append(problem)

@@ -145,15 +145,21 @@ def lay_out(
     watch.stop("streets")
     turning = split.turning_radius
     cells = fill_regions(
-        mesh, sorted(mesh.regions), rules, turning=turning, seed=seed,
-        progress=Share(told, 0.4, 0.6),
+        mesh, sorted(mesh.regions), rules, turning=turning, seed=seed, refine=False,
+        progress=Share(told, 0.4, 0.5),
     )  # fmt: skip
     watch.stop("parcels")
     splitter.progress = Silent()
     second = Backtracker(splitter, mesh, cells, seed)
-    second.run(split.tries, Share(told, 0.6, 0.9))
+    second.run(split.tries, Share(told, 0.5, 0.7))
     watch.stop("backtracking")
-    return _layout(ground, second.mesh, second.cells, remarks, seed, watch.seconds)
+    mesh = second.mesh
+    cells = fill_regions(
+        mesh, sorted(mesh.regions), rules, turning=turning, seed=seed,
+        progress=Share(told, 0.7, 1.0),
+    )  # fmt: skip
+    watch.stop("refinement")
+    return _layout(ground, mesh, cells, remarks, seed, watch.seconds)
 
 
 class _Watch:
