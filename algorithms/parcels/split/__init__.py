@@ -1,1 +1,24 @@
-"""Sites split along streets until rows of parcels fit."""
+"""Sites split along streets until parcels fit: hierarchical domain splitting (UP)."""
+
+from .elements import KeyArea
+from .given import read_key_areas, read_key_streets
+from .layout import Layout, Score, lay_out
+from .rules import SplitRules
+from .site_layers import SiteLayouts, site_layers
+from .sites import Elements, lay_out_sites
+from .variations import vary
+
+__all__ = [
+    "Elements",
+    "KeyArea",
+    "Layout",
+    "Score",
+    "SiteLayouts",
+    "SplitRules",
+    "lay_out",
+    "lay_out_sites",
+    "read_key_areas",
+    "read_key_streets",
+    "site_layers",
+    "vary",
+]

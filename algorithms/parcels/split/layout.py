@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from shapely.geometry import LineString, Point
 
+from ...errors import CancelledError
 from ...measure.parcel_shape import corner_deviation, rectangle_ratio, undesirable
 from ...progress import Progress, Share, Silent
 from ..fill.result import FillProblem
@@ -153,13 +154,24 @@ def lay_out(
     second = Backtracker(splitter, mesh, cells, seed)
     second.run(split.tries, Share(told, 0.5, 0.7))
     watch.stop("backtracking")
-    mesh = second.mesh
-    cells = fill_regions(
-        mesh, sorted(mesh.regions), rules, turning=turning, seed=seed,
-        progress=Share(told, 0.7, 1.0),
-    )  # fmt: skip
+    refined = _refined(second, rules, split, seed, Share(told, 0.7, 1.0))
     watch.stop("refinement")
-    return _layout(ground, mesh, cells, remarks, seed, watch.seconds)
+    return _layout(ground, second.mesh, refined, remarks, seed, watch.seconds)
+
+
+def _refined(
+    second: Backtracker, rules: ParcelRules, split: SplitRules, seed: int, progress: Progress
+) -> Mapping[int, Cell]:
+    """Improve all parcels; where the caller cancels they stay as they were cut."""
+    mesh = second.mesh
+    try:
+        return fill_regions(
+            mesh, sorted(mesh.regions), rules, turning=split.turning_radius, seed=seed,
+            progress=progress,
+        )  # fmt: skip
+    except CancelledError:
+        progress.warn("Cancelled: the parcels are as they were cut, not improved.")
+        return second.cells
 
 
 class _Watch:

@@ -93,7 +93,8 @@ def site_layers(
     for key, frames in parts.items():
         full = [frame for frame in frames if len(frame)] or frames[:1]
         joined = pd.concat(full, ignore_index=True) if full else pd.DataFrame()
-        found[key] = gpd.GeoDataFrame(joined, crs=source_crs) if "geometry" in joined else joined
+        shapes = joined["geometry"] if "geometry" in joined else [None] * len(joined)
+        found[key] = gpd.GeoDataFrame(joined, geometry=list(shapes), crs=source_crs)
     return found
 
 
@@ -119,6 +120,7 @@ def _variation(
             streets.append(frame.to_crs(source_crs))
     found = parcel_layers(blocks, plots, places, source_crs)
     found.pop("street_space", None)
+    found["parcels"] = _with_areas(found["parcels"], [own for own, _ in chosen], source_crs)
     full = [frame for frame in streets if len(frame)]
     empty = gpd.GeoDataFrame({c: [] for c in STREET_COLUMNS}, geometry=[], crs=source_crs)
     joined = pd.concat(full, ignore_index=True) if full else empty
@@ -126,6 +128,29 @@ def _variation(
     found["streets"] = gpd.GeoDataFrame(joined, geometry="geometry", crs=source_crs)
     found["variations"] = pd.DataFrame([_scores(chosen, found["streets"])])
     return found
+
+
+def _with_areas(
+    parcels: gpd.GeoDataFrame, sites: Sequence[SiteLayouts], source_crs: CRS
+) -> gpd.GeoDataFrame:
+    """Add the key areas to the parcels, with their use."""
+    added = []
+    for own in sites:
+        rows = {
+            "site_id": [own.site.site_id] * len(own.areas),
+            "feature": [str(own.site.feature)] * len(own.areas),
+            "land_use": [area.use for area in own.areas],
+            "area_m2": [area.polygon.area for area in own.areas],
+            "note": ["key area"] * len(own.areas),
+        }
+        shapes = [area.polygon for area in own.areas]
+        added.append(gpd.GeoDataFrame(rows, geometry=shapes, crs=own.site.crs).to_crs(source_crs))
+    full = [frame for frame in added if len(frame)]
+    if not full:
+        return parcels
+    joined = pd.concat([parcels, *full], ignore_index=True)
+    joined["parcel_id"] = np.arange(1, len(joined) + 1)
+    return gpd.GeoDataFrame(joined, geometry="geometry", crs=source_crs)
 
 
 def _scores(

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from shapely.geometry import LineString
 
 from ...errors import CancelledError
-from ...progress import Progress, SearchState, Share, Silent
+from ...progress import Progress, Share, Silent
 from ..roadmesh import Ground
 from ..rules import ParcelRules
 from .layout import Layout, lay_out
@@ -46,6 +46,18 @@ class Job:
             self.ground, self.rules, self.split,
             arriving=self.arriving, guides=self.guides, seed=self.seed, progress=progress,
         )  # fmt: skip
+
+
+class _Numbered(Share):
+    """The share of one variation, which says which one it is."""
+
+    def __init__(self, progress: Progress, k: int, count: int) -> None:
+        super().__init__(progress, k / count, (k + 1) / count)
+        self._name = f"Variation {k + 1} of {count}: " if count > 1 else ""
+
+    def stage(self, text: str, fraction: float) -> None:
+        """Tell the stage with the number of the variation."""
+        super().stage(self._name + (text[0].lower() + text[1:] if self._name else text), fraction)
 
 
 def run(job: Job) -> Layout:
@@ -85,7 +97,7 @@ def vary(
     executor
         Makes them side by side; without one they are made one after the other.
     progress
-        Told of the best score so far; where the caller cancels, what is there is returned.
+        Told of the work; where the caller cancels, what is there is returned.
 
     Returns
     -------
@@ -105,14 +117,12 @@ def vary(
     found: list[Layout] = []
     for k, job in enumerate(jobs):
         try:
-            found.append(job(Share(told, k / count, (k + 1) / count)))
+            found.append(job(_Numbered(told, k, count)))
         except CancelledError:
             if not found:
                 raise
             told.warn(f"Cancelled: {len(found)} of {count} variations were made.")
             break
-        best = min(layout.score.value for layout in found)
-        told.search(SearchState(best, None, sum(sum(own.seconds.values()) for own in found)))
     return ranked(found)
 
 
