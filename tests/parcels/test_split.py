@@ -1,0 +1,236 @@
+"""Layouts of whole sites: tiling, access, connection, determinism, by independent code."""
+
+from __future__ import annotations
+
+import networkx as nx
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from platwright.errors import CancelledError, InputError
+from platwright.parcels.roadmesh import GivenStreet, Ground, street_layer
+from platwright.parcels.roadmesh.streets import street_lines
+from platwright.parcels.rules import ParcelRules
+from platwright.parcels.split import (
+    Elements,
+    KeyArea,
+    Layout,
+    SplitRules,
+    lay_out,
+    lay_out_sites,
+    site_layers,
+    vary,
+)
+from platwright.parcels.split.ground import block_length, parts
+from platwright.progress import Silent
+from platwright.site import Site
+from pyproj import CRS
+from shapely.geometry import LineString, MultiLineString, Polygon, box
+
+UTM = CRS.from_epsg(25832)
+RULES = ParcelRules()
+QUICK = SplitRules(tries=2)
+
+
+def ground(polygon: Polygon, *open_lines: LineString) -> Ground:
+    """A site with streets along some lines, or along its whole outer edge."""
+    front = open_lines or (LineString(polygon.exterior),)
+    return Ground(polygon, MultiLineString(front))
+
+
+def site_of(polygon: Polygon) -> Site:
+    return Site(
+        name="Test site", feature=7, polygon=polygon, crs=UTM, source_crs=UTM,
+        street_frontage=MultiLineString([LineString(polygon.exterior)]),
+    )  # fmt: skip
+
+
+def check(layout: Layout, *, access: bool = True) -> None:
+    """Plots and street space tile the site; parcels have streets; streets lead out."""
+    site = layout.ground.polygon
+    plots = [plot for many in layout.plots for plot in many]
+    shapes = np.array([plot.polygon for plot in plots], dtype=object)
+    assert shapely.is_valid(shapes).all()
+    land = shapely.union_all(shapes)
+    assert shapely.area(shapes).sum() == pytest.approx(land.area, rel=1e-6)
+    assert land.difference(site).area < 1e-6 * site.area
+    space = [s.line.buffer(s.width / 2 - 0.01) for s in street_lines(layout.mesh)]
+    street = shapely.union_all(space)
+    assert land.intersection(street).area < 1e-3 * site.area
+    if access:
+        # what is no plot is street space, to a metre beyond its edges
+        ways = shapely.union_all(
+            [site.difference(land), *(p.polygon for p in plots if p.use in ("lane", "street"))]
+        ).buffer(0.1)
+        open_edge = shapely.union_all([ways, layout.ground.frontage.buffer(0.1)])
+        for plot in plots:
+            if plot.use == "parcel":
+                length = plot.polygon.exterior.intersection(open_edge).length
+                assert length >= RULES.min_frontage - 0.5
+    graph = nx.Graph()
+    for s in street_lines(layout.mesh):
+        graph.add_edge(*s.ends)
+    edge = layout.ground.frontage
+    for part in nx.connected_components(graph):
+        assert min(edge.distance(shapely.Point(layout.mesh.xy[v])) for v in part) < 1e-6
+
+
+def test_a_rectangle_is_laid_out_in_rows():
+    layout = lay_out(ground(box(0, 0, 320, 210)), RULES, QUICK)
+    check(layout)
+    score = layout.score
+    # 67,200 m2: with a fifth of streets about 100 parcels of 540 m2
+    assert 90 <= score.parcels <= 112
+    assert score.p_angle < 0.5
+    assert score.undesirable == 0
+    assert score.street < 0.25
+    assert layout.blocks[0].block_id == 1
+    assert set(layout.seconds) == {"streets", "parcels", "backtracking", "refinement"}
+
+
+def test_the_same_seed_gives_the_same_layout_to_the_last_bit():
+    place = ground(Polygon([(0, 0), (300, 30), (280, 230), (20, 200)]))
+    first, second = (lay_out(place, RULES, QUICK, seed=5) for _ in range(2))
+    assert [[p.polygon.wkb for p in many] for many in first.plots] == [
+        [p.polygon.wkb for p in many] for many in second.plots
+    ]
+    other = lay_out(place, RULES, QUICK, seed=6)
+    assert other.mesh.xy.tobytes() != first.mesh.xy.tobytes()
+
+
+def test_a_site_with_one_street_gets_streets_that_end_in_circles():
+    site = box(0, 0, 260, 200)
+    layout = lay_out(ground(site, LineString([(0, 0), (260, 0)])), RULES, QUICK)
+    check(layout)
+    frame = street_layer(layout.mesh, UTM, turning=9.0)
+    assert len(frame)
+    assert np.isfinite(frame["dist_to_sink_m"].astype(float)).all()
+    assert layout.score.parcels > 50
+
+
+def test_parcels_back_on_to_a_pond():
+    site = Polygon(box(0, 0, 330, 260).exterior, [box(120, 90, 200, 150).exterior])
+    layout = lay_out(ground(site), RULES, QUICK)
+    check(layout)
+    assert layout.score.parcels > 80
+
+
+def test_main_streets_and_key_areas_are_fixed_first():
+    site = site_of(box(0, 0, 400, 300))
+    school = KeyArea(box(150, 180, 230, 250), "school", around=True)
+    lake = KeyArea(box(300, 40, 360, 90), "water")
+    main = GivenStreet(LineString([(0, 130), (400, 130)]), 22.0, "High Street")
+    own = Elements([school, lake], [main])
+    (done,) = lay_out_sites([site], RULES, QUICK, elements=lambda _: own)
+    layers = site_layers([done], UTM)
+    parcels = layers["parcels"]
+    uses = parcels["land_use"].value_counts()
+    assert uses["school"] == uses["water"] == 1
+    assert parcels.loc[parcels["land_use"] == "water"].geometry.iloc[0].equals(lake.polygon)
+    high = layers["streets"][layers["streets"]["name"] == "High Street"]
+    assert high.length.sum() == pytest.approx(400)
+    assert set(high["level"]) == {1}
+    assert set(high["width_m"]) == {22.0}
+    # nothing is built on the street, on the lake, or on the street around the school
+    own_parcels = shapely.union_all(parcels.loc[parcels["land_use"] == "parcel"].geometry)
+    ring = school.polygon.buffer(7.5 - 0.01, join_style="mitre").exterior.buffer(7.4)
+    for free in (main.line.buffer(10.99), lake.polygon, school.polygon, ring):
+        assert own_parcels.intersection(free).area < 1.0
+    graph = nx.Graph()
+    for line in layers["streets"].geometry:
+        graph.add_edge(*(tuple(np.round(line.coords[k], 3)) for k in (0, -1)))
+    assert nx.number_connected_components(graph) <= 1 + sum(
+        site.polygon.exterior.distance(shapely.Point(next(iter(part)))) < 1e-6
+        for part in nx.connected_components(graph)
+    )
+
+
+def test_key_areas_that_take_all_land_are_refused():
+    site = site_of(box(0, 0, 100, 100))
+    own = Elements([KeyArea(box(-10, -10, 110, 110), "park")])
+    with pytest.raises(InputError, match="leave no land"):
+        lay_out_sites([site], RULES, QUICK, elements=lambda _: own)
+
+
+def test_variations_are_ranked_and_differ():
+    place = ground(Polygon([(0, 0), (340, 40), (300, 260), (10, 220)]))
+    found = vary(place, RULES, QUICK, count=4, seed=3)
+    scores = [layout.score.value for layout in found]
+    assert scores == sorted(scores)
+    assert len({layout.mesh.xy.tobytes() for layout in found}) == len(found) > 1
+
+
+def test_second_thoughts_never_make_it_worse():
+    place = ground(Polygon([(0, 0), (260, -20), (330, 120), (240, 260), (40, 230), (-30, 90)]))
+    costs = []
+    for tries in (0, 6):
+        layout = lay_out(place, RULES, SplitRules(tries=tries))
+        check(layout)
+        costs.append(layout.score.value)
+    assert costs[1] <= costs[0] + 0.5
+
+
+class Stopped(Silent):
+    """Cancels when a stage begins."""
+
+    def __init__(self, word: str) -> None:
+        self.word, self.stop, self.told = word, False, []
+
+    def stage(self, text: str, fraction: float) -> None:
+        assert 0 <= fraction <= 1
+        self.stop = self.stop or self.word in text
+
+    def warn(self, text: str) -> None:
+        self.told.append(text)
+
+    def cancelled(self) -> bool:
+        return self.stop
+
+
+def test_cancelling_before_there_is_a_layout_raises():
+    with pytest.raises(CancelledError):
+        lay_out(ground(box(0, 0, 400, 300)), RULES, QUICK, progress=Stopped("Laying"))
+
+
+def test_cancelling_later_keeps_what_is_there():
+    progress = Stopped("otherwise")
+    polygon = Polygon([(0, 0), (260, -20), (330, 120), (240, 260), (40, 230)])
+    layout = lay_out(ground(polygon), RULES, QUICK, progress=progress)
+    check(layout)
+    assert progress.told
+
+
+@settings(max_examples=12)
+@given(
+    st.lists(st.floats(0.75, 1.25), min_size=5, max_size=11),
+    st.floats(90, 190),
+    st.floats(0, 6.3),
+    st.booleans(),
+)
+@pytest.mark.slow
+def test_any_site_is_laid_out(radii, size, turn, with_hole):
+    angles = turn + np.linspace(0, 2 * np.pi, len(radii), endpoint=False)
+    xy = size * np.array(radii)[:, None] * np.c_[np.cos(angles), np.sin(angles)]
+    site = Polygon(xy)
+    if with_hole:
+        site = site.difference(shapely.Point(0, 0).buffer(size / 5, quad_segs=3))
+    if site.geom_type != "Polygon" or not site.is_valid:
+        return
+    check(lay_out(ground(site), RULES, QUICK))
+
+
+def test_a_line_across_a_hole_does_not_cut():
+    ring = Polygon(box(0, 0, 10, 10).exterior, [box(4, 4, 6, 6).exterior])
+    assert parts(ring, [LineString([(0, 5), (10, 5)])]) is None
+    halves = parts(ring, [LineString([(0, 5), (4, 5)]), LineString([(6, 5), (10, 5)])])
+    assert sorted(p.area for p in halves) == pytest.approx([48, 48])
+
+
+def test_the_length_of_a_bent_block_is_told():
+    inner, outer = (
+        [(r * np.cos(a), r * np.sin(a)) for a in np.linspace(0, np.pi / 2, 20)] for r in (100, 170)
+    )
+    bent = Polygon([*inner, *outer[::-1]])
+    # a quarter of a ring of 70 m: its middle is 135 m from the centre
+    assert block_length(bent) == pytest.approx(135 * np.pi / 2, rel=0.03)
