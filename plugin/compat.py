@@ -54,6 +54,9 @@ WKB = {
     )
 }  # fmt: skip
 
+#: Geometry type of a layer that may hold any.
+UNKNOWN = _wkb("Unknown")
+
 NUMBER_FLOAT = _first(
     "Qgis.ProcessingNumberParameterType.Double", "QgsProcessingParameterNumber.Type.Double"
 )
@@ -70,6 +73,9 @@ OPTIONAL = _first(
 )
 NUMERIC_FIELD = _first(
     "Qgis.ProcessingFieldParameterDataType.Numeric", "QgsProcessingParameterField.DataType.Numeric"
+)
+ANY_FIELD = _first(
+    "Qgis.ProcessingFieldParameterDataType.Any", "QgsProcessingParameterField.DataType.Any"
 )
 POSITIVE_NUMBER = _first("QgsPropertyDefinition.StandardPropertyTemplate.DoublePositive")
 SKIP_VALIDITY_CHECK = _first(

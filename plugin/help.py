@@ -67,6 +67,7 @@ class About:
 GROUPS = {
     "site": "1 Site",
     "streets": "2 Streets",
+    "parcels": "3 Parcels",
     "measure": "6 Measure",
     "setup": "9 Set-up",
     "models": "Models",
@@ -78,6 +79,14 @@ REFERENCES = {
         "C.-H. Peng, Y.-L. Yang, F. Bao, D. Fink, D.-M. Yan, P. Wonka, N. J. Mitra, "
         "Computational network design from functional specifications, "
         "ACM Transactions on Graphics 35(4), 2016."
+    ),
+    "UP": (
+        "Y.-L. Yang, J. Wang, E. Vouga, P. Wonka, Urban pattern: layout design by hierarchical "
+        "domain splitting, ACM Transactions on Graphics 32(6), 2013."
+    ),
+    "VANEGAS": (
+        "C. A. Vanegas, T. Kelly, B. Weber, J. Halatsch, D. G. Aliaga, P. Müller, Procedural "
+        "generation of parcels in urban modeling, Computer Graphics Forum 31(2), 2012."
     ),
     "SNAKES": (
         "M. Kass, A. Witkin, D. Terzopoulos, Snakes: active contour models, International Journal "
@@ -98,6 +107,8 @@ _UNITS = {
     "pct": "%",
     "kmh": "km/h",
     "deg": "degrees",
+    "angle": "degrees",
+    "similarity": "m",
     "s": "s",
 }
 

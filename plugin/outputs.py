@@ -21,7 +21,7 @@ from qgis.core import (
 )
 
 from ..algorithms.errors import InputError
-from . import bridge, compat, geopackage, styles
+from . import bridge, compat, files, geopackage, styles
 from .fields import LayerKind
 from .record import Record, to_json
 
@@ -58,6 +58,8 @@ class Result:
         Whether this is worth keeping even if the planner has cancelled meanwhile.
     credits
         Whose the data is: attribution, licence, source, date; empty for the planner's own.
+    files
+        Contents of the output files by key.
     """
 
     crs: QgsCoordinateReferenceSystem
@@ -66,6 +68,7 @@ class Result:
     specification: str = "{}"
     keep: bool = False
     credits: Mapping[str, str] = field(default_factory=dict)
+    files: Mapping[str, str] = field(default_factory=dict)
 
 
 def destination_text(request: Request, key: str) -> str:
@@ -105,7 +108,7 @@ def check_destinations(request: Request, keys: Iterable[str], inputs: Iterable[s
     request
         The run.
     keys
-        Keys of the output layers.
+        Keys of the output layers and files.
     inputs
         Keys of the input layers.
     """
@@ -186,11 +189,19 @@ class Writer:
         The run.
     kinds
         The declared output layers by key.
+    others
+        The declared output files by key.
     """
 
-    def __init__(self, request: Request, kinds: Mapping[str, LayerKind]) -> None:
+    def __init__(
+        self,
+        request: Request,
+        kinds: Mapping[str, LayerKind],
+        others: Mapping[str, files.FileKind] | None = None,
+    ) -> None:
         self.request = request
         self.kinds = kinds
+        self.others = others or {}
 
     def write(self, result: Result) -> dict[str, Any]:
         """Write every layer that was asked for, and return what Processing wants to have.
@@ -234,13 +245,14 @@ class Writer:
             self._fill(key, sinks.pop(key), result)
         for key, destination in outputs.items():
             self._dress(key, destination, result, own[key])
+        outputs.update(files.write(self.request, self.others, result.files))
         numbers = {key: None if value != value else value for key, value in result.numbers.items()}
         return {**outputs, **numbers}
 
     def _new_files(self) -> list[Path]:
         """Return the files that are not there yet and may be begun, with those beside them."""
         found = []
-        for key in self.kinds:
+        for key in (*self.kinds, *self.others):
             path = file_of(destination_text(self.request, key))
             if path is not None and not path.exists():
                 found.append(path)
@@ -265,7 +277,9 @@ class Writer:
         """Return the geometry type of an output: of several parts, if its input has them."""
         kind = self.kinds[key]
         source = self.request.source(kind.like) if kind.like else None
-        if source is not None and QgsWkbTypes.isMultiType(source.wkbType()):
+        if source is not None and (
+            QgsWkbTypes.isMultiType(source.wkbType()) or source.wkbType() == compat.UNKNOWN
+        ):
             return compat.WKB[f"Multi{kind.geometry}"]
         return kind.wkb
 

@@ -138,12 +138,17 @@ def choice(
 
 
 def field(
-    key: str, text: str, help_text: str, parent: str, *, advanced: bool = True
+    key: str,
+    text: str,
+    help_text: str,
+    parent: str,
+    *,
+    numeric: bool = True,
+    advanced: bool = True,
 ) -> QgsProcessingParameterDefinition:
-    """Declare an optional numeric field of the layer parameter `parent`."""
-    definition = QgsProcessingParameterField(
-        key, text, None, parent, compat.NUMERIC_FIELD, False, True
-    )
+    """Declare an optional field of the layer parameter `parent`, of numbers or of any kind."""
+    kind = compat.NUMERIC_FIELD if numeric else compat.ANY_FIELD
+    definition = QgsProcessingParameterField(key, text, None, parent, kind, False, True)
     return _finish(definition, f"{help_text} Optional.", advanced)
 
 

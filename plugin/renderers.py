@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 from qgis.core import (
     QgsAbstractVectorLayerLabeling,
-    QgsCategorizedSymbolRenderer,
     QgsFeatureRenderer,
     QgsFeatureRequest,
-    QgsFillSymbol,
     QgsGraduatedSymbolRenderer,
-    QgsLineSymbol,
-    QgsMarkerSymbol,
     QgsPalLayerSettings,
-    QgsRendererCategory,
     QgsRendererRange,
     QgsSingleSymbolRenderer,
     QgsSymbol,
@@ -27,55 +22,20 @@ from qgis.core import (
 )
 from qgis.PyQt.QtGui import QColor
 
-GREY = "#8c867c"
-INK = "#4a443b"
-
-
-def _line(colour: str, width: float, style: str = "solid") -> QgsSymbol:
-    return QgsLineSymbol.createSimple(
-        {
-            "line_color": colour,
-            "line_width": str(width),
-            "line_style": style,
-            "capstyle": "round",
-            "joinstyle": "round",
-        }
-    )
-
-
-def _fill(colour: str, outline: str, width: float = 0.2, style: str = "solid") -> QgsSymbol:
-    return QgsFillSymbol.createSimple(
-        {"color": colour, "style": style, "outline_color": outline, "outline_width": str(width)}
-    )
-
-
-def _marker(name: str, colour: str, size: float, outline: str = "#ffffff") -> QgsSymbol:
-    return QgsMarkerSymbol.createSimple(
-        {
-            "name": name,
-            "color": colour,
-            "size": str(size),
-            "outline_color": outline,
-            "outline_width": "0.2",
-        }
-    )
-
-
-def _by_value(field: str, entries: Sequence[tuple[Any, str, QgsSymbol]]) -> QgsFeatureRenderer:
-    categories = [QgsRendererCategory(value, symbol, label) for value, label, symbol in entries]
-    return QgsCategorizedSymbolRenderer(field, categories)
+from .parcel_renderers import PARCEL_OTHERS, PARCEL_RENDERERS, PARCEL_TITLES
+from .symbols import GREY, INK, by_value, fill, line, marker
 
 
 def _streets() -> QgsFeatureRenderer:
-    renderer = _by_value(
+    renderer = by_value(
         "if(\"status\" in ('new', 'given'), \"level\", 'existing')",
         [
-            ("existing", "existing", _line(GREY, 1.0)),
-            (1, "major", _line("#8e2b1d", 1.9)),
-            (2, "collector", _line("#c8442c", 1.4)),
-            (3, "local", _line("#e58a3a", 0.8)),
-            (4, "cul-de-sac", _line("#f0b56a", 0.6)),
-            ("", "connector or other", _line("#c8442c", 0.6, "dash")),
+            ("existing", "existing", line(GREY, 1.0)),
+            (1, "major", line("#8e2b1d", 1.9)),
+            (2, "collector", line("#c8442c", 1.4)),
+            (3, "local", line("#e58a3a", 0.8)),
+            (4, "cul-de-sac", line("#f0b56a", 0.6)),
+            ("", "connector or other", line("#c8442c", 0.6, "dash")),
         ],
     )
     # Collectors over locals wherever they meet.
@@ -92,51 +52,51 @@ def _blocks() -> QgsFeatureRenderer:
         ("110 m and more", 110, 1e9, "#a6c8cc"),
     )
     ranges = [
-        QgsRendererRange(low, high, _fill(colour, GREY), f"width {label}")
+        QgsRendererRange(low, high, fill(colour, GREY), f"width {label}")
         for label, low, high, colour in shades
     ]
     return QgsGraduatedSymbolRenderer("width_m", ranges)
 
 
 def _junctions() -> QgsFeatureRenderer:
-    return _by_value(
+    return by_value(
         'coalesce("is_sink", false)',
         [
-            (False, "street junction", _marker("circle", INK, 1.2)),
-            (True, "way out of the site", _marker("circle", "#2f6f73", 2.2)),
+            (False, "street junction", marker("circle", INK, 1.2)),
+            (True, "way out of the site", marker("circle", "#2f6f73", 2.2)),
         ],
     )
 
 
 def _problems() -> QgsFeatureRenderer:
-    return _by_value(
+    return by_value(
         "severity",
         [
-            ("error", "error", _marker("cross_fill", "#c00000", 4.0)),
-            ("warning", "warning", _marker("triangle", "#f0a000", 3.4)),
-            ("info", "information", _marker("circle", "#4f7fb5", 2.2)),
+            ("error", "error", marker("cross_fill", "#c00000", 4.0)),
+            ("warning", "warning", marker("triangle", "#f0a000", 3.4)),
+            ("info", "information", marker("circle", "#4f7fb5", 2.2)),
         ],
     )
 
 
 def _vertices() -> QgsFeatureRenderer:
-    return _by_value(
+    return by_value(
         "role",
         [
-            ("corner", "corner", _marker("square", INK, 1.6)),
-            ("irregular", "inner, irregular", _marker("diamond", "#c8442c", 1.8)),
-            ("boundary", "boundary", _marker("circle", GREY, 0.8)),
-            ("inner", "inner", _marker("circle", GREY, 0.8)),
+            ("corner", "corner", marker("square", INK, 1.6)),
+            ("irregular", "inner, irregular", marker("diamond", "#c8442c", 1.8)),
+            ("boundary", "boundary", marker("circle", GREY, 0.8)),
+            ("inner", "inner", marker("circle", GREY, 0.8)),
         ],
     )
 
 
 def _edges() -> QgsFeatureRenderer:
-    return _by_value(
+    return by_value(
         "if(\"blocked\" OR \"foreign\", 'barred', 'open')",
         [
-            ("open", "may become a street", _line(GREY, 0.15)),
-            ("barred", "crosses an obstacle or foreign ground", _line("#c8442c", 0.2, "dot")),
+            ("open", "may become a street", line(GREY, 0.15)),
+            ("barred", "crosses an obstacle or foreign ground", line("#c8442c", 0.2, "dot")),
         ],
     )
 
@@ -153,12 +113,12 @@ def _by_distance(layer: QgsVectorLayer) -> QgsFeatureRenderer:
     most = layer.maximumValue(index) if index >= 0 else None
     most = float(most) if isinstance(most, (int, float)) and math.isfinite(most) else 0.0
     step = next((s for s in _STEPS if s * len(_RAMP) >= most), _STEPS[-1])
-    ranges = [QgsRendererRange(-2.0, -0.5, _line(GREY, 0.6), "existing")]
+    ranges = [QgsRendererRange(-2.0, -0.5, line(GREY, 0.6), "existing")]
     for at, colour in enumerate(_RAMP):
         last = at == len(_RAMP) - 1
         label = f"{at * step} m and more" if last else f"{at * step} to {(at + 1) * step} m"
         high = max(most, (at + 1) * step) + 1 if last else (at + 1) * step
-        ranges.append(QgsRendererRange(at * step, high, _line(colour, 1.0), label))
+        ranges.append(QgsRendererRange(at * step, high, line(colour, 1.0), label))
     # Existing streets are themselves the way out: they have no distance.
     return QgsGraduatedSymbolRenderer('coalesce("dist_to_sink_m", -1)', ranges)
 
@@ -171,7 +131,7 @@ def _by_area(_: QgsVectorLayer) -> QgsFeatureRenderer:
     for at, (low, colour) in enumerate(zip(limits, shades)):
         high = limits[at + 1] if at + 1 < len(limits) else 1e9
         label = f"{low:g} to {high:g} ha" if at + 1 < len(limits) else f"{low:g} ha and more"
-        ranges.append(QgsRendererRange(low, high, _fill(colour, GREY), label))
+        ranges.append(QgsRendererRange(low, high, fill(colour, GREY), label))
     return QgsGraduatedSymbolRenderer('"area_m2" / 10000', ranges)
 
 
@@ -185,7 +145,7 @@ def _smoothed() -> QgsFeatureRenderer:
         ("10 m and more", 10.0, 1e9, _RAMP[5], 1.0),
     )
     ranges = [
-        QgsRendererRange(low, high, _line(colour, width), f"moved {label}" if low > 0 else label)
+        QgsRendererRange(low, high, line(colour, width), f"moved {label}" if low > 0 else label)
         for label, low, high, colour, width in classes
     ]
     return QgsGraduatedSymbolRenderer("moved_m", ranges)
@@ -195,10 +155,10 @@ def _boundaries() -> QgsFeatureRenderer:
     """Candidates for a place: the best one stands out, small ones lie over large ones."""
     colours = ("181,64,42", "47,111,115", "201,138,27", "91,95,168", "111,143,58")
     entries: list[tuple[Any, str, QgsSymbol]] = [
-        (rank, f"rank {rank}", _fill(f"{colour},{70 if rank == 1 else 25}", colour, 0.5))
+        (rank, f"rank {rank}", fill(f"{colour},{70 if rank == 1 else 25}", colour, 0.5))
         for rank, colour in enumerate(colours, 1)
     ]
-    renderer = _by_value("rank", [*entries, ("", "lower ranks", _fill("140,134,124,20", GREY))])
+    renderer = by_value("rank", [*entries, ("", "lower ranks", fill("140,134,124,20", GREY))])
     large_first = QgsFeatureRequest.OrderByClause("area_ha", False)
     renderer.setOrderBy(QgsFeatureRequest.OrderBy([large_first]))
     renderer.setOrderByEnabled(True)
@@ -228,14 +188,14 @@ LABELS: dict[str, Callable[[], QgsAbstractVectorLayerLabeling]] = {"boundaries":
 
 
 def _osm_streets() -> QgsFeatureRenderer:
-    renderer = _by_value(
+    renderer = by_value(
         "if(\"tunnel\" <> '', 'tunnel', \"level\")",
         [
-            (1, "major", _line("#6b6459", 1.8)),
-            (2, "collector", _line("#837b6e", 1.2)),
-            (3, "local", _line("#9d958a", 0.8)),
-            (4, "service way or path", _line("#b8b1a6", 0.4)),
-            ("tunnel", "tunnel", _line("#b8b1a6", 0.6, "dot")),
+            (1, "major", line("#6b6459", 1.8)),
+            (2, "collector", line("#837b6e", 1.2)),
+            (3, "local", line("#9d958a", 0.8)),
+            (4, "service way or path", line("#b8b1a6", 0.4)),
+            ("tunnel", "tunnel", line("#b8b1a6", 0.6, "dot")),
         ],
     )
     renderer.setUsingSymbolLevels(True)
@@ -243,11 +203,11 @@ def _osm_streets() -> QgsFeatureRenderer:
 
 
 def _intersections() -> QgsFeatureRenderer:
-    return _by_value(
+    return by_value(
         "kind",
         [
-            ("junction", "junction", _marker("circle", INK, 1.2)),
-            ("dead end", "dead end", _marker("square", "#c8442c", 1.2)),
+            ("junction", "junction", marker("circle", INK, 1.2)),
+            ("dead end", "dead end", marker("square", "#c8442c", 1.2)),
         ],
     )
 
@@ -264,20 +224,20 @@ def _landuse() -> QgsFeatureRenderer:
         "water": "#b5d3e2",
         "other": "#e6e2da",
     }
-    return _by_value(
-        "theme", [(theme, theme, _fill(shade, GREY, 0.1)) for theme, shade in shades.items()]
+    return by_value(
+        "theme", [(theme, theme, fill(shade, GREY, 0.1)) for theme, shade in shades.items()]
     )
 
 
 def _osm_obstacles() -> QgsFeatureRenderer:
-    return _by_value(
+    return by_value(
         "if(\"kind\" IN ('water', 'sea'), 'water', \"kind\")",
         [
-            ("water", "water", _fill("#8fbad1", "#4f86a5", 0.2)),
-            ("green", "green", _fill("#b3d195", "#6f9440", 0.2)),
-            ("rail", "rail", _fill("#6d6a75", "#4d4a55", 0.2, "b_diagonal")),
-            ("motorway", "motorway", _fill("#b5765f", "#8e2b1d", 0.2, "b_diagonal")),
-            ("", "other barrier", _fill("#9b3a2f", "#9b3a2f", 0.3, "b_diagonal")),
+            ("water", "water", fill("#8fbad1", "#4f86a5", 0.2)),
+            ("green", "green", fill("#b3d195", "#6f9440", 0.2)),
+            ("rail", "rail", fill("#6d6a75", "#4d4a55", 0.2, "b_diagonal")),
+            ("motorway", "motorway", fill("#b5765f", "#8e2b1d", 0.2, "b_diagonal")),
+            ("", "other barrier", fill("#9b3a2f", "#9b3a2f", 0.3, "b_diagonal")),
         ],
     )
 
@@ -290,25 +250,27 @@ RENDERERS: dict[str, Callable[[], QgsFeatureRenderer]] = {
     "problems": _problems,
     "vertices": _vertices,
     "edges": _edges,
-    "site": lambda: QgsSingleSymbolRenderer(_fill("160,176,96,50", "#55702f", 0.6)),
-    "existing": lambda: QgsSingleSymbolRenderer(_line(GREY, 1.0)),
-    "access": lambda: QgsSingleSymbolRenderer(_marker("triangle", "#2f6f73", 3.0)),
-    "obstacles": lambda: QgsSingleSymbolRenderer(_fill("#9b3a2f", "#9b3a2f", 0.3, "b_diagonal")),
+    "site": lambda: QgsSingleSymbolRenderer(fill("160,176,96,50", "#55702f", 0.6)),
+    "existing": lambda: QgsSingleSymbolRenderer(line(GREY, 1.0)),
+    "access": lambda: QgsSingleSymbolRenderer(marker("triangle", "#2f6f73", 3.0)),
+    "obstacles": lambda: QgsSingleSymbolRenderer(fill("#9b3a2f", "#9b3a2f", 0.3, "b_diagonal")),
     "boundaries": _boundaries,
-    "faces": lambda: QgsSingleSymbolRenderer(_fill("#f5f1e8", "#d8d2c6", 0.1)),
+    "faces": lambda: QgsSingleSymbolRenderer(fill("#f5f1e8", "#d8d2c6", 0.1)),
     "smoothed": _smoothed,
     "osm_streets": _osm_streets,
     "intersections": _intersections,
-    "buildings": lambda: QgsSingleSymbolRenderer(_fill("#cfc8bd", "#8c867c", 0.15)),
+    "buildings": lambda: QgsSingleSymbolRenderer(fill("#cfc8bd", "#8c867c", 0.15)),
     "landuse": _landuse,
     "osm_obstacles": _osm_obstacles,
+    **PARCEL_RENDERERS,
 }
 
 #: What the styles above show, as the planner reads it in the list of a layer's styles.
-TITLES = {"streets": "Level", "blocks": "Width"}
+TITLES = {"streets": "Level", "blocks": "Width", **PARCEL_TITLES}
 #: Further styles that a layer offers: by the name of its first one, their titles and what makes
 #: them for a layer.
 OTHERS: dict[str, dict[str, Callable[[QgsVectorLayer], QgsFeatureRenderer]]] = {
     "streets": {"Distance to the exit": _by_distance},
     "blocks": {"Area": _by_area},
+    **PARCEL_OTHERS,
 }

@@ -28,7 +28,7 @@ from qgis.core import (
 from qgis.PyQt.QtGui import QIcon
 
 from ..algorithms.errors import CancelledError, PlatwrightError
-from . import bridge, deps, parameters, rescue, worker
+from . import bridge, deps, files, parameters, rescue, worker
 from .fields import LayerKind
 from .help import GROUPS, About, Description, describe, help_html, help_text
 from .icons import icon_path
@@ -46,6 +46,8 @@ class Tool(QgsProcessingAlgorithm):
         Name, title, group, tags and help.
     layers
         Output layers by key; the first is always made, the others may be switched off.
+    files
+        Output files of other kinds by key; made where the planner names one.
     numbers
         Numeric outputs by key, with what they say.
     texts
@@ -56,6 +58,7 @@ class Tool(QgsProcessingAlgorithm):
 
     about: ClassVar[About]
     layers: ClassVar[Mapping[str, LayerKind]]
+    files: ClassVar[Mapping[str, files.FileKind]] = {}
     numbers: ClassVar[Mapping[str, str]] = {}
     texts: ClassVar[Mapping[str, str]] = {}
     needs: ClassVar[Sequence[str]] = deps.LAYERS
@@ -111,7 +114,8 @@ class Tool(QgsProcessingAlgorithm):
 
     def described(self) -> Description:
         """Return everything that the tool declares."""
-        said = {**self.numbers, **self.texts}
+        pages = {key: kind.text for key, kind in self.files.items()}
+        said = {**self.numbers, **self.texts, **pages}
         return describe(self.about, self.parameterDefinitions(), self.layers, said)
 
     def icon(self) -> QIcon:
@@ -132,6 +136,8 @@ class Tool(QgsProcessingAlgorithm):
                 f"all fields of {kind.like}, and {fields}" if kind.like else f"the fields {fields}"
             )
             self.addParameter(parameters.sink(key, kind, f"Layer with {text}.", optional=index > 0))
+        for key, other in self.files.items():
+            self.addParameter(files.destination(key, other))
         for key, text in self.numbers.items():
             self.addOutput(QgsProcessingOutputNumber(key, text))
         for key, text in self.texts.items():
@@ -186,7 +192,7 @@ class Tool(QgsProcessingAlgorithm):
                 if self.layers:
                     progress.stage("Writing layers", 0.95)
                 writer = Writer if here else worker.CopyWriter
-                outputs = writer(request, self.layers).write(result)
+                outputs = writer(request, self.layers, self.files).write(result)
                 if progress.cancelled() and rescue.needed():
                     self._tell_where(outputs, context, progress)
         except (CancelledError, bridge.CancelledWhileReadingError):
@@ -230,7 +236,7 @@ class Tool(QgsProcessingAlgorithm):
         ]
         for key in sources:
             request.check_layer(key)
-        check_destinations(request, self.layers, sources)
+        check_destinations(request, (*self.layers, *self.files), sources)
 
 
 @contextlib.contextmanager

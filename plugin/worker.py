@@ -81,7 +81,8 @@ def compute(tool: Tool, request: Request, progress: FeedbackProgress) -> Result:
     """
     with temporary_folder() as folder:
         progress.stage("Preparing a process of its own", 0.0)
-        wanted = [key for key in tool.layers if request.parameters.get(key) is not None]
+        wanted = {key: "gpkg" for key in tool.layers if request.parameters.get(key) is not None}
+        wanted |= {key: kind.ending for key, kind in tool.files.items() if request.has(key)}
         order = {
             "root": str(_ROOT),
             "package": __name__.rpartition(".plugin.")[0],
@@ -91,7 +92,7 @@ def compute(tool: Tool, request: Request, progress: FeedbackProgress) -> Result:
             "qgis": [str(Path(path).parent) for path in qgis.__path__],
             "prefix": QgsApplication.prefixPath(),
             "parameters": dict(_inputs(tool, request, folder, progress)),
-            "outputs": {key: str(folder / f"{key}.gpkg") for key in wanted},
+            "outputs": {key: str(folder / f"{key}.{end}") for key, end in wanted.items()},
         }
         (folder / "order.json").write_text(json.dumps(order), encoding="utf-8")
         answer = _Conversation(folder, progress).run()
@@ -312,6 +313,7 @@ def _result(tool: Tool, results: Mapping[str, Any], folder: Path) -> Result:
         found = found or read_record(layer)
         layers[key] = layer.materialize(QgsFeatureRequest())
     numbers = {key: _number(results.get(key)) for key in (*tool.numbers, *tool.texts)}
+    pages = {key: folder / f"{key}.{kind.ending}" for key, kind in tool.files.items()}
     return Result(
         crs=crs,
         layers=layers,
@@ -319,6 +321,7 @@ def _result(tool: Tool, results: Mapping[str, Any], folder: Path) -> Result:
         specification=found.get("specification", "{}"),
         keep=True,
         credits=json.loads(found.get("credits", "{}")),
+        files={key: p.read_text(encoding="utf-8") for key, p in pages.items() if p.is_file()},
     )
 
 

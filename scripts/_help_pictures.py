@@ -23,6 +23,10 @@ from platwright.measure import validate_network
 from platwright.mesh import mesh_layers
 from platwright.network.specification import Specification
 from platwright.osm import boundaries, osm_layers
+from platwright.parcels.blocks import blocks_from_streets
+from platwright.parcels.fill import fill_blocks
+from platwright.parcels.layers import parcel_layers
+from platwright.parcels.rules import ParcelRules
 from platwright.site import prepare_sites, site_layers
 from platwright.streets import (
     Smoothing,
@@ -223,6 +227,25 @@ def validatenetwork(left: Axes, right: Axes) -> tuple[str, str]:
     return "any streets", "broken rules"
 
 
+def parcelblocks(left: Axes, right: Axes) -> tuple[str, str]:
+    """Draw the streets of a design, and the parcels between them."""
+    made = designed()
+    blocks = blocks_from_streets(prepared(), made["streets"], snap_distance=60.0)
+    plots = blocks.with_thin(fill_blocks(blocks.blocks, ParcelRules()).plots)
+    layers = parcel_layers(
+        blocks.all_blocks, plots, blocks.all_places, blocks.source_crs, space=blocks.space
+    )
+    ground(left)
+    streets(left, made["streets"])
+    show(right, given("streets"), color="#ddd8ce", linewidth=1.2, zorder=0)
+    show(right, layers["street_space"], color="#e6e2da", zorder=1)
+    parcels = layers["parcels"]
+    for use, colour in USES.items():
+        own = parcels[parcels["land_use"] == use]
+        show(right, own, facecolor=colour, edgecolor="#8c867c", linewidth=0.6, zorder=2)
+    return "streets", "parcels"
+
+
 def osmboundary(left: Axes, right: Axes) -> tuple[str, str]:
     """Draw the ground, and the boundaries that fit the name by their rank."""
     for ax in (left, right):
@@ -259,6 +282,7 @@ def osmlayers(left: Axes, right: Axes) -> tuple[str, str]:
 
 
 LOCAL = 3
+USES = {"parcel": "#f3e3bf", "green": "#b3d195", "court": "#cfe2b4", "lane": "#ddd8ce"}
 PICTURES: dict[str, Callable[[Axes, Axes], tuple[str, str]]] = {
     "osmboundary": osmboundary,
     "osmlayers": osmlayers,
@@ -266,6 +290,7 @@ PICTURES: dict[str, Callable[[Axes, Axes], tuple[str, str]]] = {
     "candidatemesh": candidatemesh,
     "designstreets": designstreets,
     "smoothstreets": smoothstreets,
+    "parcelblocks": parcelblocks,
     "validatenetwork": validatenetwork,
 }
 

@@ -182,6 +182,59 @@ def parcels_to_design() -> Draft:
     return draft
 
 
+def streets_and_parcels() -> Draft:
+    """From a site to its streets and parcels."""
+    draft = Draft(
+        "streetsandparcels",
+        "Streets and parcels of a site",
+        "Designs the streets of a site and cuts the blocks between them into parcels.",
+        "Three steps: Prepare site, Design streets, Parcels in blocks. Blocks as wide as two "
+        "parcels are deep and a street is wide suit best: 72 m for parcels 30 m deep.",
+    )
+    draft.input(of_tool("preparesite", "INPUT"))
+    draft.input(of_tool("preparesite", "ROADS"))
+    draft.input(of_tool("preparesite", "OBSTACLES"))
+    empty = "Empty: as the kind of neighbourhood says. Optional."
+    draft.input(
+        of_tool("designstreets", "BLOCK_WIDTH"),
+        Help=f"Wished width of the blocks, from street centre line to centre line. {empty}",
+    )
+    for key in ("PARCEL_WIDTH", "PARCEL_DEPTH", "METHOD", "DEEP_BLOCKS"):
+        draft.input(of_tool("parcelblocks", key))
+    for tool, key in (
+        ("designstreets", "PRESET"), ("designstreets", "SINK_MODE"),
+        ("designstreets", "TIME_LIMIT"), ("preparesite", "SNAP_DISTANCE"),
+    ):  # fmt: skip
+        draft.input(of_tool(tool, key), Flags=flags(advanced=True))
+    near = {"SNAP_DISTANCE": asked("SNAP_DISTANCE")}
+    draft.step(
+        "site", "platwright:preparesite", "Prepare site",
+        {
+            "INPUT": asked("INPUT"), "ROADS": asked("ROADS"), "OBSTACLES": asked("OBSTACLES"),
+            **near,
+        },
+        SITE="Site", PROBLEMS="Problems of the site",
+    )  # fmt: skip
+    wishes = {key: asked(key) for key in ("PRESET", "BLOCK_WIDTH", "SINK_MODE", "TIME_LIMIT")}
+    around = {"OBSTACLES": made("site", "SITE_OBSTACLES"), **near}
+    draft.step(
+        "streets", "platwright:designstreets", "Design streets",
+        {"INPUT": made("site", "SITE"), "ROADS": asked("ROADS"), **around, **wishes},
+        STREETS="Streets", PROBLEMS="Problems of the streets",
+    )  # fmt: skip
+    sizes = ("PARCEL_WIDTH", "PARCEL_DEPTH", "METHOD", "DEEP_BLOCKS")
+    draft.step(
+        "parcels", "platwright:parcelblocks", "Parcels in blocks",
+        {
+            "STREETS": made("streets", "STREETS"), "SITE": made("site", "SITE"), **around,
+            **{key: asked(key) for key in sizes},
+        },
+        PARCELS="Parcels", BLOCKS="Blocks", STREET_SPACE="Street space",
+        PROBLEMS="Problems of the parcels",
+    )  # fmt: skip
+    return draft
+
+
 def _ask_for_names(draft: Draft) -> None:
     """Ask what two designs are called."""
     from qgis.core import QgsProcessingParameterString
@@ -253,7 +306,7 @@ def compare_designs() -> Draft:
 
 def drafts() -> list[Draft]:
     """Put all models together; the tools must be known to QGIS."""
-    return [place_to_design(), parcels_to_design(), compare_designs()]
+    return [place_to_design(), parcels_to_design(), streets_and_parcels(), compare_designs()]
 
 
 def stale(texts: dict[Path, str]) -> list[Path]:

@@ -1,14 +1,24 @@
-"""Measures and checks of streets, read from layers alone; no producer is imported here."""
+"""Measures and checks of streets, parcels and land, from layers alone; no producer is imported."""
 
+from .landuse import LandUseFigures, LandUseReport, measure_land_use
+from .parcel_figures import ParcelFigures
+from .parcels import Ideal, ParcelReport, measure_parcels
 from .pattern import PatternMetrics, measure_pattern
 from .plan import PlanMetrics, measure_plan
 from .problems import ValidationReport
 from .validate import validate_network
 
 __all__ = [
+    "Ideal",
+    "LandUseFigures",
+    "LandUseReport",
+    "ParcelFigures",
+    "ParcelReport",
     "PatternMetrics",
     "PlanMetrics",
     "ValidationReport",
+    "measure_land_use",
+    "measure_parcels",
     "measure_pattern",
     "measure_plan",
     "validate_network",

@@ -78,16 +78,24 @@ def corner_deviation(polygons: npt.NDArray[Any], tolerance: float = TOLERANCE) -
     return np.asarray(total / np.maximum(count, 1))
 
 
-def rectangle_area(polygons: npt.NDArray[Any]) -> Floats:
-    """Area of the smallest rectangle around each polygon, shape (n,), square metres.
+def rectangles(polygons: npt.NDArray[Any]) -> tuple[Floats, Floats]:
+    """Smallest rectangle, by area, around each polygon.
 
     Parameters
     ----------
     polygons
         Polygons, shape (n,), metres.
+
+    Returns
+    -------
+    axis
+        Direction of the first side, unit vectors, shape (n, 2).
+    sides
+        Extent along the axis and across it, shape (n, 2), metres; 0 for polygons without area.
     """
     rings = shapely.get_exterior_ring(shapely.convex_hull(polygons))
-    found = np.zeros(len(polygons))
+    axis = np.tile([1.0, 0.0], (len(polygons), 1))
+    found = np.zeros((len(polygons), 2))
     sizes = shapely.get_num_points(rings)
     # all hulls of as many vertices at once
     for size in np.unique(sizes[sizes > 3]):
@@ -97,14 +105,28 @@ def rectangle_area(polygons: npt.NDArray[Any]) -> Floats:
         length = np.hypot(edge[..., 0], edge[..., 1])
         along = edge / np.maximum(length, 1e-12)[..., None]
         across = np.stack([-along[..., 1], along[..., 0]], axis=-1)
-        sides = [
-            np.ptp(np.einsum("mvx,mex->mve", xy[:, :-1], way), axis=1) for way in (along, across)
-        ]
-        areas = np.where(length > SHORT, sides[0] * sides[1], np.inf)
-        whole = np.ptp(xy, axis=1).prod(axis=-1)
-        least = areas.min(axis=1)
-        found[which] = np.where(np.isfinite(least), least, whole)
-    return found
+        sides = np.stack(
+            [np.ptp(np.einsum("mvx,mex->mve", xy[:, :-1], way), axis=1) for way in (along, across)],
+            axis=-1,
+        )
+        areas = np.where(length > SHORT, sides.prod(axis=-1), np.inf)
+        best = areas.argmin(axis=1)
+        row = np.arange(len(which))
+        good = np.isfinite(areas[row, best])
+        found[which] = np.where(good[:, None], sides[row, best], np.ptp(xy, axis=1))
+        axis[which[good]] = along[row, best][good]
+    return axis, found
+
+
+def rectangle_area(polygons: npt.NDArray[Any]) -> Floats:
+    """Area of the smallest rectangle around each polygon, shape (n,), square metres.
+
+    Parameters
+    ----------
+    polygons
+        Polygons, shape (n,), metres.
+    """
+    return np.asarray(rectangles(polygons)[1].prod(axis=1))
 
 
 def rectangle_ratio(polygons: npt.NDArray[Any]) -> Floats:
@@ -117,7 +139,7 @@ def rectangle_ratio(polygons: npt.NDArray[Any]) -> Floats:
 
     Examples
     --------
-    >>> rectangle_ratio(np.array([shapely.Polygon([(0, 0), (10, 0), (0, 10)])])).tolist()
+    >>> rectangle_ratio(np.array([shapely.Polygon([(0, 0), (10, 0), (0, 10)])])).round(9).tolist()
     [2.0]
     """
     area = shapely.area(polygons)

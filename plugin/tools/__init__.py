@@ -6,10 +6,14 @@ from .candidatemesh import CandidateMesh
 from .designstreets import DesignStreets
 from .installdependencies import InstallDependencies
 from .measuredesign import MeasureDesign
+from .measurelanduse import MeasureLandUse
+from .measureparcels import MeasureParcels
 from .osmboundary import OsmBoundary
 from .osmlayers import OsmLayers
+from .parcelblocks import ParcelBlocks
 from .preparesite import PrepareSite
 from .smoothstreets import SmoothStreets
+from .splitsite import SplitSite
 from .validatenetwork import ValidateNetwork
 
 TOOLS = (
@@ -19,7 +23,11 @@ TOOLS = (
     CandidateMesh,
     DesignStreets,
     SmoothStreets,
+    SplitSite,
+    ParcelBlocks,
     ValidateNetwork,
     MeasureDesign,
+    MeasureParcels,
+    MeasureLandUse,
     InstallDependencies,
 )

@@ -34,7 +34,7 @@ def values_of_sites(
     import geopandas
     import shapely
 
-    found = _values_of_features(request, key, layer)
+    found = values_of_features(request, key, layer)
     values, shapes = list(found.values()), [shape for shape, _ in found.values()]
     frame = geopandas.GeoSeries(shapely.make_valid(shapes), crs=sites[0].source_crs)
     result: list[float | None] = []
@@ -46,10 +46,16 @@ def values_of_sites(
     return result
 
 
-def _values_of_features(
+def values_of_features(
     request: Request, key: str, layer: str
 ) -> dict[int, tuple[Any, float | None]]:
-    """Return the shape and the value of each feature, by its id."""
+    """Return the shape and the value of a parameter for each feature of a layer, by its id.
+
+    Raises
+    ------
+    InputError
+        A value is no number or out of range; the text names the feature.
+    """
     import shapely
 
     source = request.source(layer)

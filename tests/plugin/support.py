@@ -100,7 +100,8 @@ class Toolbox:
         Without `check` the tool runs as inside a model, where nobody checks before.
         """
         tool = self.tool(name)
-        for output in tool.destinationParameterDefinitions():
+        sinks = [p for p in tool.destinationParameterDefinitions() if p.type() == "sink"]
+        for output in sinks:
             parameters.setdefault(output.name(), "TEMPORARY_OUTPUT")
         context = QgsProcessingContext()
         context.setProject(QgsProject.instance())
@@ -113,7 +114,7 @@ class Toolbox:
         if not good:
             raise FailedError("\n".join(said.errors))
         layers = {}
-        for output in tool.destinationParameterDefinitions():
+        for output in sinks:
             if results.get(output.name()):
                 layer = QgsProcessingUtils.mapLayerFromString(results[output.name()], context)
                 assert layer is not None, output.name()

@@ -102,6 +102,22 @@ def big_site(tmp_path: Path) -> Path:
     return path
 
 
+def test_parcels_and_land_use_are_measured(qgis_process, big_site, tmp_path):
+    files = {key: tmp_path / f"{key.lower()}.gpkg" for key in ("OUTPUT", "HISTOGRAM", "PROBLEMS")}
+    page = tmp_path / "page.html"
+    said = qgis_process(*tool("measureparcels", INPUT=big_site, HISTOGRAM_HTML=page, **files))
+    assert "Number of parcels: 1" in said
+    (row,) = rows(files["OUTPUT"])
+    assert row["p_area"] == pytest.approx(1)
+    assert row["frontage_m"] == pytest.approx(4000)
+    assert sum(r["count"] for r in rows(files["HISTOGRAM"]) if r["measure"] == "p_angle") == 1
+    assert "<svg" in page.read_text(encoding="utf-8")
+    table = tmp_path / "shares.gpkg"
+    said = qgis_process(*tool("measurelanduse", INPUT=big_site, OUTPUT=table))
+    assert "Share of parcels (%): 100" in said
+    assert [r["land_use"] for r in rows(table)] == ["streets", "parcels", "parks", "other", "all"]
+
+
 def test_the_tools_are_listed_and_explained(qgis_process):
     said = qgis_process("list")
     for name in ("preparesite", "candidatemesh", "designstreets", "validatenetwork"):

@@ -16,7 +16,7 @@ MOST = 60_000
 #: Tools that make something that can be drawn.
 DRAWN = {
     "osmboundary", "osmlayers", "preparesite", "candidatemesh", "designstreets", "smoothstreets",
-    "validatenetwork",
+    "validatenetwork", "parcelblocks",
 }  # fmt: skip
 #: Grounds of QGIS's light and dark themes.
 GROUNDS = ("#ffffff", "#efefef", "#323232", "#2b2b2b")
@@ -68,8 +68,11 @@ def test_every_length_area_and_speed_has_a_unit(tools, package):
     assert units["area_m2"] == "m²"
     assert units["area_ha"] == "ha"
     assert units["speed_kmh"] == "km/h"
-    # What has none is a pure number.
-    assert {name for name, unit in units.items() if not unit} <= {"scaled_jacobian", "levels"}
+    assert (units["p_angle"], units["p_similarity"]) == ("degrees", "m")
+    # What has none is a pure number, or has its unit in a field of its own.
+    assert {name for name, unit in units.items() if not unit} <= {
+        "scaled_jacobian", "levels", "p_area", "p_ideal", "bin_from", "bin_to",
+    }  # fmt: skip
 
 
 def test_references_are_known(tools, package):

@@ -22,7 +22,7 @@ from support import FailedError, Listener, RefusedError, layer, line, roads, sit
 environment = binary.environment
 qgis_process = binary.qgis_process
 
-NAMES = ("comparedesigns", "parcelstodesign", "placetodesign")
+NAMES = ("comparedesigns", "parcelstodesign", "placetodesign", "streetsandparcels")
 #: What saved settings and other models may depend on.
 KEYS = {
     "placetodesign": {
@@ -38,6 +38,12 @@ KEYS = {
         "site:BOUNDARY_STREETS", "site:ACCESS_POINTS", "site:SITE_OBSTACLES", "site:PROBLEMS",
         "design:STREETS", "design:JUNCTIONS", "design:BLOCKS", "design:PROBLEMS",
         "check:PROBLEMS",
+    },
+    "streetsandparcels": {
+        "INPUT", "ROADS", "OBSTACLES", "BLOCK_WIDTH", "PARCEL_WIDTH", "PARCEL_DEPTH", "METHOD",
+        "DEEP_BLOCKS", "PRESET", "SINK_MODE", "TIME_LIMIT", "SNAP_DISTANCE", "site:SITE",
+        "site:PROBLEMS", "streets:STREETS", "streets:PROBLEMS", "parcels:PARCELS",
+        "parcels:BLOCKS", "parcels:STREET_SPACE", "parcels:PROBLEMS",
     },
     "comparedesigns": {
         "FIRST", "SECOND", "SITE", "ROADS", "OBSTACLES", "BLOCK_WIDTH", "SNAP_DISTANCE",
@@ -109,7 +115,7 @@ def test_only_the_main_layer_must_be_made(model):
     optional = QgsProcessingParameterDefinition.Flag.FlagOptional
     needed = [p.name() for p in model.destinationParameterDefinitions() if not p.flags() & optional]
     assert len(needed) == 1
-    assert needed[0] in ("design:STREETS", "compared:OUTPUT")
+    assert needed[0] in ("design:STREETS", "compared:OUTPUT", "parcels:PARCELS")
 
 
 def test_the_files_open_in_the_model_designer(package, toolbox):
@@ -132,6 +138,17 @@ def test_from_parcels_and_roads(toolbox):
     assert not [row for row in run.rows("check:PROBLEMS") if row["severity"] == "error"]
     # There are no obstacles here: the empty layer of them goes into the next steps.
     assert run.rows("site:SITE_OBSTACLES") == []
+
+
+def test_streets_and_parcels_of_a_site(toolbox):
+    run = toolbox.run("streetsandparcels", INPUT=site(), ROADS=roads(), TIME_LIMIT=3)
+    parcels, space = run.rows("parcels:PARCELS"), run.rows("parcels:STREET_SPACE")
+    land = sum(row["area_m2"] for row in [*parcels, *space])
+    assert land == pytest.approx(60000, rel=1e-4)
+    lots = [row for row in parcels if row["land_use"] == "parcel"]
+    assert len(lots) > 50
+    assert all(row["access"] for row in lots)
+    assert any(row["status"] == "new" for row in run.rows("streets:STREETS"))
 
 
 def test_choices_may_be_numbers(toolbox):

@@ -36,6 +36,13 @@ KEYS = {
         "INPUT", "SITE", "OBSTACLES", "FIXED_POINTS", "SHAPE", "STRENGTH", "MAX_MOVE",
         "FILLET_RADIUS", "FILLET_ANGLE", "SQUARE_JUNCTIONS", "SLIDING_ENDS", "STREETS", "PROBLEMS",
     },
+    "parcelblocks": {
+        "INPUT", "STREETS", "SITE", "STREET_WIDTH", "METHOD", "PARCEL_WIDTH", "PARCEL_DEPTH",
+        "DEEP_BLOCKS", "MIN_FRONTAGE", "MIN_AREA", "MAX_AREA", "CORNER_WIDTH", "REMAINDER",
+        "GREENS", "LANE_WIDTH", "FLAG_WIDTH", "SEED", "CLOSED", "OBSTACLES", "EDGE",
+        "SNAP_DISTANCE", "WIDTH_MAJOR", "WIDTH_COLLECTOR", "WIDTH_LOCAL", "WIDTH_CUL_DE_SAC",
+        "PARCELS", "PROBLEMS", "BLOCKS", "STREET_SPACE",
+    },
     "validatenetwork": {
         "INPUT", "SITE", "SINKS", "OBSTACLES", "COVERAGE", "DEAD_ENDS", "ZIGZAGS", "TOO_CLOSE",
         "T_JUNCTIONS", "BRANCHES", "PROBLEMS",
@@ -43,6 +50,13 @@ KEYS = {
     "measuredesign": {
         "INPUT", "SITE", "BOUNDARY_STREETS", "ACCESS_POINTS", "OBSTACLES", "BLOCK_WIDTH", "NAME",
         "FIGURES",
+    },
+    "measureparcels": {
+        "INPUT", "STREETS", "SITE", "PARCEL_WIDTH", "PARCEL_DEPTH", "SIMPLIFY", "STREET_DISTANCE",
+        "USE_FIELD", "OUTPUT", "HISTOGRAM", "PROBLEMS", "HISTOGRAM_HTML",
+    },
+    "measurelanduse": {
+        "INPUT", "USE_FIELD", "STREETS", "BLOCKS", "SITE", "OUTPUT", "PROBLEMS",
     },
     "installdependencies": {
         "ACTION", "CONSENT", "OPENSTREETMAP", "ORTOOLS", "PBF", "WHEELS",
@@ -63,8 +77,21 @@ NUMBERS = {
         "BENDS_AFTER", "SHORTEST_BEFORE", "SHORTEST_AFTER", "LENGTH_BEFORE", "LENGTH_AFTER",
         "LARGEST_MOVE", "HELD_BACK",
     },
+    "parcelblocks": {
+        "REQUESTED", "ACHIEVED", "MEAN_P_ANGLE", "MEAN_P_AREA", "UNDESIRABLE", "WITH_ACCESS",
+        "GREEN", "SECONDS",
+    },
     "validatenetwork": {"VIOLATIONS"},
     "measuredesign": {"LENGTH_M", "BLOCKS", "BLOCK_WIDTH_M", "VIOLATIONS"},
+    "measureparcels": {
+        "COUNT", "PER_KM2", "P_ANGLE", "P_AREA", "P_IDEAL", "P_SIMILARITY", "UNDESIRABLE",
+        "ACCESS_PCT", "CV_AREA",
+    },
+    "measurelanduse": {
+        "STREETS_PCT", "PARCELS_PCT", "PARKS_PCT", "OTHER_PCT", "BLOCKS_KM2", "BLOCK_MAX",
+        "BLOCK_MEAN", "BLOCK_MIN", "STREET_KM_KM2", "INTERSECTIONS_KM2", "DEAD_ENDS_KM2",
+        "PARCELS_KM2",
+    },
     "installdependencies": {"PACKAGES", "FOLDER"},
 }  # fmt: skip
 UNITS = {
@@ -79,6 +106,10 @@ UNITS = {
     "FILLET_RADIUS": "(m)",
     "FILLET_ANGLE": "(degrees)",
     "STRENGTH": "(percent)",
+    "PARCEL_WIDTH": "(m)",
+    "PARCEL_DEPTH": "(m)",
+    "STREET_WIDTH": "(m)",
+    "MIN_AREA": "(m2)",
 }
 
 
@@ -103,8 +134,11 @@ def test_groups_follow_the_order_of_the_work(provider):
         "candidatemesh": "1 Site",
         "designstreets": "2 Streets",
         "smoothstreets": "2 Streets",
+        "parcelblocks": "3 Parcels",
         "validatenetwork": "6 Measure",
         "measuredesign": "6 Measure",
+        "measureparcels": "6 Measure",
+        "measurelanduse": "6 Measure",
         "installdependencies": "9 Set-up",
     }
 
