@@ -137,7 +137,7 @@ def legend(x: float, y: float) -> Iterable[str]:
     for text, meaning in names:
         yield polyline(LineString([(x, -y), (x + 22, -y)]), (0, 0), 1.0, LINES[meaning])
         yield f'<text x="{x + 27:g}" y="{y + 4:g}" fill="#222">{text}</text>'
-        x += 112
+        x += 126
     yield f'<text x="{x:g}" y="{y + 4:g}" fill="#222">dashed: repeats</text>'
     x += 102
     for label in ("parcel", "green", "court", "street", "building", "parking"):
@@ -146,7 +146,7 @@ def legend(x: float, y: float) -> Iterable[str]:
             'stroke="#555" stroke-width=".5"/>'
             f'<text x="{x + 16:g}" y="{y + 4:g}" fill="#222">{label}</text>'
         )
-        x += 72
+        x += 62
 
 
 def write(library: TemplateLibrary, target: Path) -> None:

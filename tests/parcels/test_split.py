@@ -86,7 +86,8 @@ def test_a_rectangle_is_laid_out_in_rows():
     assert score.undesirable == 0
     assert score.street < 0.25
     assert layout.blocks[0].block_id == 1
-    assert set(layout.seconds) == {"streets", "parcels", "backtracking", "refinement"}
+    stages = {"streets", "parcels", "backtracking", "optimisation", "refinement"}
+    assert set(layout.seconds) == stages
 
 
 def test_the_same_seed_gives_the_same_layout_to_the_last_bit():

@@ -20,6 +20,10 @@ ON_LINE = 0.05
 ON_CENTRE = 2.0
 #: Ends of given streets are drawn on to what lies ahead within this (metres).
 REACH = 40.0
+#: Ends this near to what they meet have reached it (metres).
+THERE = 1e-6
+#: Ends go on so far beyond what they meet, so that noding finds the crossing (metres).
+BREATH = 1e-3
 #: Smaller faces are left-overs of noding (square metres).
 SCRAP = 0.01
 
@@ -92,15 +96,25 @@ def begin_mesh(ground: Ground) -> tuple[StreetMesh, list[tuple[shapely.Point, st
     if not any(line.length > 0 for line in cut):
         faces = [site]
     else:
-        noded = shapely.union_all([*rings, *cut])
-        faces = [
-            face
-            for face in shapely.get_parts(shapely.polygonize(shapely.get_parts(noded)))
-            if face.area > SCRAP and site.contains(face.representative_point())
-        ]
+        # not as cut: an end that is on the edge but for rounding would not be noded with it
+        noded = shapely.union_all([*rings, *lines])
+        found = shapely.get_parts(shapely.polygonize(shapely.get_parts(noded)))
+        faces = _without_scraps([f for f in found if site.contains(f.representative_point())])
     mesh = _mesh_of([orient(face) for face in faces])
     _tell_edges(mesh, ground, cut)
     return mesh, _unused(mesh, ground, cut)
+
+
+def _without_scraps(faces: Sequence[Polygon]) -> list[Polygon]:
+    """Give faces too small to be a region to the neighbour that they share most with."""
+    found = [face for face in faces if face.area > SCRAP]
+    for scrap in (face for face in faces if face.area <= SCRAP):
+        shared = shapely.length(shapely.intersection(scrap.exterior, np.array(found, dtype=object)))
+        home = int(np.argmax(shared)) if len(found) else 0
+        whole = shapely.union(found[home], scrap) if len(found) and shared[home] > 0 else None
+        if whole is not None and whole.geom_type == "Polygon":
+            found[home] = whole
+    return found
 
 
 def reach_on(line: LineString, own: int, ground: Ground) -> LineString:
@@ -117,18 +131,22 @@ def reach_on(line: LineString, own: int, ground: Ground) -> LineString:
     """
     others = [given.line for k, given in enumerate(ground.streets) if k != own]
     stops = shapely.union_all([ground.polygon.boundary, *others])
+    vertices = shapely.get_coordinates(stops)
     xy = shapely.get_coordinates(line)
     for end, inner in ((0, 1), (-1, -2)):
         here = shapely.Point(xy[end])
-        if not ground.polygon.contains(here) or stops.distance(here) < 1e-9:
-            continue
         way = xy[end] - xy[inner]
+        if stops.distance(here) < THERE:
+            if np.hypot(*(vertices - xy[end]).T).min() > 0:
+                xy[end] = xy[end] + way / (np.hypot(*way) or 1.0) * BREATH
+            continue
+        if not ground.polygon.contains(here):
+            continue
         ahead = LineString([xy[end], xy[end] + way / (np.hypot(*way) or 1.0) * REACH])
         hit = shapely.intersection(ahead, stops)
         if not hit.is_empty:
             place = shapely.get_coordinates(shapely.shortest_line(here, hit))[1]
-            # a breath beyond, so that noding finds the crossing
-            xy[end] = place + way / (np.hypot(*way) or 1.0) * 1e-3
+            xy[end] = place + way / (np.hypot(*way) or 1.0) * BREATH
     return LineString(xy)
 
 

@@ -163,6 +163,14 @@ class StreetMesh:
             self._left[(start, v)] = self._left[(v, end)] = number
         return v
 
+    def move_halves(
+        self, gone: Iterable[tuple[int, int]], come: dict[tuple[int, int], int]
+    ) -> None:
+        """Forget the regions to the left of half-edges, and take note of others."""
+        for half in gone:
+            self._left.pop(half, None)
+        self._left.update(come)
+
     def split(
         self, region: int, chains: Sequence[Sequence[int]], edges: Sequence[MeshEdge]
     ) -> list[int]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -22,12 +23,20 @@ from .layout import Layout, lay_out
 from .rules import SplitRules
 
 Floats = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
+Geometries = npt.NDArray[Any]
 #: Edges whose middle is this near to a plot lie on it (metres).
 ON_PLOT = 0.02
 #: Pieces of land that are smaller are left-overs of rounding (square metres).
 SCRAP = 0.5
 #: Gaps this much wider than a street are none (metres).
 SLACK = 0.2
+#: Land this near to a street lies along it, times its width: corners are further than the half.
+BESIDE = 0.75
+#: New streets go on to a centre line that lies so far ahead, times their width.
+AHEAD = 1.5
+#: Plots that give access.
+WAYS = ("lane", "street")
 
 
 @dataclass(frozen=True)
@@ -36,21 +45,31 @@ class Existing:
 
     Attributes
     ----------
-    site
-        The whole site.
-    frontage
-        Its edges along existing streets.
     plots
         Parcels, greens and whatever else is no street, shape (n,).
+    uses
+        What each of them is, shape (n,); lanes and streets among them give access. Empty where
+        all are land.
+    site
+        The whole site, with holes for what is not to be built on; None where it is unknown.
+    frontage
+        Its edges along existing streets; None for the whole outer edge.
     streets, widths
-        Centre lines and their widths, metres.
+        Centre lines, and how wide the streets are (or the turning circles at their ends, where
+        these are wider), metres.
     """
 
-    site: Polygon
-    frontage: MultiLineString
-    plots: Sequence[Polygon]
+    plots: Sequence[shapely.Geometry]
+    uses: Sequence[str] = ()
+    site: shapely.Geometry | None = None
+    frontage: shapely.Geometry | None = None
     streets: Sequence[LineString] = ()
     widths: Sequence[float] = ()
+
+    @property
+    def half(self) -> float:
+        """Half the width of the widest street and a little more, metres."""
+        return max(self.widths, default=0.0) / 2 + SLACK
 
 
 @dataclass(frozen=True)
@@ -92,7 +111,7 @@ def chosen_land(existing: Existing, chosen: Sequence[int]) -> list[Polygon]:
             "Nothing is chosen to be made anew.", "Select parcels in the map, or give their ids."
         )
     land = shapely.union_all([existing.plots[k] for k in chosen])
-    return [orient(p) for p in shapely.get_parts(land) if p.area > SCRAP]
+    return [orient(p) for p in shapely.get_parts(land) if p.geom_type == "Polygon"]
 
 
 def blocks_again(existing: Existing, chosen: Sequence[int]) -> list[Block]:
@@ -168,54 +187,126 @@ def streets_again(
     ]
     layouts, connectors = [], []
     for at, part in enumerate(land):
-        closed = _closed(part, others, existing)
-        front = shapely.difference(part.boundary, closed.buffer(ON_PLOT)) if closed else None
-        lines = part.boundary if front is None else front
-        frontage = MultiLineString(
-            [g for g in shapely.get_parts(lines) if g.geom_type in ("LineString", "LinearRing")]
-        )
-        ground = Ground(part, frontage, width=split.street_width)
+        polygon = _with_corners(part, others)
+        closed = _closed(polygon, others, existing)
+        open_ = [LineString(piece) for piece in _open(polygon, closed)]
+        ground = Ground(polygon, MultiLineString(open_), width=split.street_width)
         layout = lay_out(
             ground, rules, split, seed=seed,
             progress=Share(told, at / len(land), (at + 1) / len(land)),
         )  # fmt: skip
         layouts.append(layout)
-        connectors += _connectors(layout, [existing.streets[k] for k in kept], frontage)
+        connectors += _connectors(layout, [existing.streets[k] for k in kept], others)
     return NewStreets(layouts, removed, connectors)
 
 
-def _others(existing: Existing, chosen: Sequence[int]) -> shapely.Geometry:
-    """Edges of the plots that stay."""
+def _with_corners(land: Polygon, others: Geometries) -> Polygon:
+    """Put the corners of other plots into the rings of land, so that its edges are of one kind."""
+    pieces = _pieces(land, others)
+    begins = np.flatnonzero(np.r_[True, (pieces[1:, 0] != pieces[:-1, 1]).any(axis=1)])
+    outer, *holes = np.split(pieces[:, 0], begins[1:])
+    return Polygon(outer, holes)
+
+
+def _open(land: Polygon, closed: MultiLineString) -> Floats:
+    """Edges of land that are not closed, shape (n, 2, 2)."""
+    edges = _pieces(land, np.array([], dtype=object))
+    if closed.is_empty:
+        return edges
+    middles = shapely.points(edges.mean(axis=1))
+    return np.asarray(edges[shapely.distance(middles, closed) > ON_PLOT])
+
+
+def _others(existing: Existing, chosen: Sequence[int]) -> Geometries:
+    """Find the plots that stay and give no access."""
     gone = set(chosen)
-    rings = [p.boundary for k, p in enumerate(existing.plots) if k not in gone]
-    return shapely.union_all(rings) if rings else MultiLineString()
+    uses = existing.uses or [""] * len(existing.plots)
+    kept = [
+        p for k, (p, use) in enumerate(zip(existing.plots, uses))
+        if k not in gone and use not in WAYS
+    ]  # fmt: skip
+    return np.array(kept, dtype=object)
 
 
-def _closed(land: Polygon, others: shapely.Geometry, existing: Existing) -> MultiLineString:
-    """Edges of land along plots that stay, or along edges of the site without a street."""
-    kept: list[Floats] = []
-    edge = existing.site.boundary
-    for ring in (land.exterior, *land.interiors):
-        xy = shapely.get_coordinates(ring)
-        middles = shapely.points((xy[1:] + xy[:-1]) / 2)
-        beside = np.zeros(len(middles), dtype=bool)
-        if not others.is_empty:
-            beside = shapely.distance(middles, others) < ON_PLOT
-        outer = shapely.distance(middles, edge) < ON_PLOT
-        if not existing.frontage.is_empty:
-            outer &= shapely.distance(middles, existing.frontage) > ON_PLOT
-        kept += [xy[k : k + 2] for k in np.flatnonzero(beside | outer)]
-    return MultiLineString(kept)
+def _closed(land: Polygon, others: Geometries, existing: Existing) -> MultiLineString:
+    """Edges of land along plots that stay, and those without a street beside them."""
+    pieces = _pieces(land, others)
+    middles = shapely.points(pieces.mean(axis=1))
+    closed = np.zeros(len(pieces), dtype=bool)
+    if len(others):
+        tree = shapely.STRtree(others)
+        closed[np.unique(tree.query(middles, "dwithin", ON_PLOT)[0])] = True
+    open_ = ~closed
+    if existing.streets:
+        # besides streets of the layer only the edge of the site can have one
+        lines = np.array(existing.streets, dtype=object)
+        reach = np.array(existing.widths) * BESIDE + SLACK
+        near = np.zeros(len(pieces), dtype=bool)
+        for wide in np.unique(reach):
+            found = shapely.STRtree(lines[reach == wide]).query(middles, "dwithin", wide)[0]
+            near[np.unique(found)] = True
+        open_ &= near | _on_edge(middles, existing)
+    elif existing.site is not None:
+        outer = shapely.distance(middles, shapely.boundary(existing.site)) < ON_PLOT
+        open_ &= ~outer | _on_edge(middles, existing)
+    return MultiLineString(list(pieces[~open_]))
+
+
+def _pieces(land: Polygon, others: Geometries) -> Floats:
+    """Edges of land, cut where corners of other plots lie on them, shape (n, 2, 2)."""
+    rings = shapely.get_rings(land)
+    xy, ring = shapely.get_coordinates(rings, return_index=True)
+    inner = np.flatnonzero(ring[1:] == ring[:-1])
+    edges = np.stack([xy[inner], xy[inner + 1]], axis=1)
+    near = others[shapely.intersects(others, shapely.buffer(land, ON_PLOT))] if len(others) else []
+    if not len(near):
+        return edges
+    corners = shapely.points(np.unique(shapely.get_coordinates(near), axis=0))
+    lines = shapely.linestrings(edges)
+    point, edge = shapely.STRtree(lines).query(corners, "dwithin", ON_PLOT)
+    along = shapely.line_locate_point(lines[edge], corners[point])
+    length = shapely.length(lines)
+    inside = (along > ON_PLOT) & (along < length[edge] - ON_PLOT)
+    at = np.r_[np.zeros(len(edges)), along[inside], length]
+    own = np.r_[np.arange(len(edges)), edge[inside], np.arange(len(edges))]
+    order = np.lexsort((at, own))
+    at, own = at[order], own[order]
+    same = np.flatnonzero((own[1:] == own[:-1]) & (at[1:] > at[:-1]))
+    way = (edges[:, 1] - edges[:, 0]) / np.maximum(length, 1e-12)[:, None]
+    start, stop = (edges[own[k], 0] + at[k, None] * way[own[k]] for k in (same, same + 1))
+    return np.stack([start, stop], axis=1)
+
+
+def _on_edge(middles: Geometries, existing: Existing) -> Flags:
+    """Tell which points lie on the edge of the site along an existing street."""
+    if existing.frontage is not None:
+        return np.asarray(shapely.distance(middles, existing.frontage) < ON_PLOT)
+    whole = existing.site
+    if whole is None:
+        whole = joined(existing.plots, existing.half)
+    rings = [shapely.get_exterior_ring(part) for part in shapely.get_parts(whole)]
+    return np.asarray(shapely.distance(middles, shapely.union_all(rings)) < ON_PLOT)
+
+
+def joined(plots: Sequence[shapely.Geometry], half: float) -> shapely.Geometry:
+    """Join plots and the streets between them.
+
+    Parameters
+    ----------
+    plots
+        Metres.
+    half
+        Half the width of the streets, metres.
+    """
+    wide = shapely.buffer(shapely.union_all(plots), half, join_style="mitre")
+    return shapely.buffer(wide, -half, join_style="mitre")
 
 
 def _inner_streets(existing: Existing, chosen: Sequence[int]) -> list[int]:
     """Find the streets with chosen land on both sides."""
     if not existing.streets:
         return []
-    half = max(existing.widths) / 2 + SLACK
-    land = shapely.union_all([existing.plots[k] for k in chosen])
-    closing = land.buffer(half, join_style="mitre").buffer(-half, join_style="mitre")
-    inner = closing.buffer(SLACK)
+    inner = joined([existing.plots[k] for k in chosen], existing.half).buffer(SLACK)
     return [
         k
         for k, (line, width) in enumerate(zip(existing.streets, existing.widths))
@@ -241,31 +332,40 @@ def _with_streets(
     if not removed:
         return shapely.union_all(plots)
     gone = set(chosen)
+    around = joined(plots, existing.half)
     space = shapely.union_all(
         [existing.streets[k].buffer(existing.widths[k] / 2 + SLACK) for k in removed]
     )
     stay = [existing.streets[k].buffer(existing.widths[k] / 2, cap_style="flat") for k in kept]
     rest = [p for k, p in enumerate(existing.plots) if k not in gone]
-    space = shapely.difference(
-        shapely.intersection(space, existing.site), shapely.union_all([*stay, *rest])
-    )
+    space = shapely.difference(shapely.intersection(space, around), shapely.union_all(stay + rest))
+    if existing.site is not None:
+        space = shapely.intersection(space, existing.site)
     return shapely.union_all([*plots, space])
 
 
 def _connectors(
-    layout: Layout, streets: Sequence[LineString], frontage: MultiLineString
+    layout: Layout, streets: Sequence[LineString], others: Geometries
 ) -> list[LineString]:
-    """Lead the ends of new streets at the frontage to the centre lines beyond it."""
+    """Lead the ends of new streets straight on to the centre lines that stay."""
     if not streets:
         return []
     centres = shapely.union_all(streets)
+    plots = shapely.union_all(others) if len(others) else Polygon()
+    ring = layout.ground.polygon.boundary
     found = []
     for street in street_lines(layout.mesh):
-        for xy in (street.line.coords[0], street.line.coords[-1]):
-            end = shapely.Point(xy)
-            if frontage.distance(end) > ON_PLOT:
+        for end, before in ((0, 1), (-1, -2)):
+            here, inner = (np.array(street.line.coords[k]) for k in (end, before))
+            if ring.distance(shapely.Point(here)) > ON_PLOT:
                 continue
-            way = shapely.shortest_line(end, centres)
-            if 0.01 < way.length < 2 * street.width:
-                found.append(way)
+            way = (here - inner) / max(float(np.hypot(*(here - inner))), 1e-9)
+            hit = shapely.intersection(
+                LineString([here + way * 1e-3, here + way * AHEAD * street.width]), centres
+            )
+            if hit.is_empty:
+                continue
+            line = shapely.shortest_line(shapely.Point(here), hit)
+            if shapely.intersection(line, plots).length < ON_PLOT:
+                found.append(line)
     return found

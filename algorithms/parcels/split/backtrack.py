@@ -16,6 +16,8 @@ MOST_PARTS = 6
 FAIR = 5.0
 #: Regions that cost no more than this above it are left alone, and less is no gain.
 WORTH, LEAST_GAIN = 15.0, 1.0
+#: So many in a row that are no better are enough.
+PATIENCE = 8
 
 #: A region that was split, and its parts.
 Family = tuple[int, tuple[int, ...]]
@@ -58,7 +60,7 @@ class Backtracker:
         int
             How many regions are better now.
         """
-        better = 0
+        better = in_vain = 0
         tried: dict[Family, int] = {}
         for at in range(tries):
             if progress.cancelled():
@@ -68,7 +70,11 @@ class Backtracker:
             if family is None:
                 break
             tried[family] = tried.get(family, 0) + 1
-            better += self._again(family, seed=self.seed + 7919 * tried[family] + at)
+            found = self._again(family, seed=self.seed + 7919 * tried[family] + at)
+            better += found
+            in_vain = 0 if found else in_vain + 1
+            if in_vain == PATIENCE:
+                break
         return better
 
     def _poorest(self, tried: Mapping[Family, int]) -> Family | None:

@@ -19,6 +19,7 @@ from ..rules import ParcelRules
 from ..types import Block, Plot
 from .backtrack import Backtracker
 from .cells import Cell, fill_regions
+from .moving import optimised
 from .rules import SplitRules
 from .search import Splitter
 
@@ -154,16 +155,24 @@ def lay_out(
     second = Backtracker(splitter, mesh, cells, seed)
     second.run(split.tries, Share(told, 0.5, 0.7))
     watch.stop("backtracking")
-    refined = _refined(second, rules, split, seed, Share(told, 0.7, 1.0))
+    mesh, kept = second.mesh, second.cells
+    if split.optimise:
+        mesh, kept = optimised(mesh, kept, rules, split, seed, Share(told, 0.7, 0.8))
+        watch.stop("optimisation")
+    refined = _refined(mesh, kept, rules, split, seed, Share(told, 0.8, 1.0))
     watch.stop("refinement")
-    return _layout(ground, second.mesh, refined, remarks, seed, watch.seconds)
+    return _layout(ground, mesh, refined, remarks, seed, watch.seconds)
 
 
 def _refined(
-    second: Backtracker, rules: ParcelRules, split: SplitRules, seed: int, progress: Progress
+    mesh: StreetMesh,
+    cells: Mapping[int, Cell],
+    rules: ParcelRules,
+    split: SplitRules,
+    seed: int,
+    progress: Progress,
 ) -> Mapping[int, Cell]:
     """Improve all parcels; where the caller cancels they stay as they were cut."""
-    mesh = second.mesh
     try:
         return fill_regions(
             mesh, sorted(mesh.regions), rules, turning=split.turning_radius, seed=seed,
@@ -171,7 +180,7 @@ def _refined(
         )  # fmt: skip
     except CancelledError:
         progress.warn("Cancelled: the parcels are as they were cut, not improved.")
-        return second.cells
+        return cells
 
 
 class _Watch:

@@ -29,6 +29,8 @@ class SplitRules:
         Land is at least and at most this many parcel depths from access.
     tries
         How many poor regions are split anew after the first parcels, at most.
+    optimise
+        Whether all streets are moved once more so that rows fit better (UP section 6).
     turning_radius
         Of the turning circle where a street ends at an edge without a street, metres.
 
@@ -45,6 +47,7 @@ class SplitRules:
     least_depth: float = 0.6
     largest_depth: float = 1.5
     tries: int = 24
+    optimise: bool = True
     turning_radius: float = 9.0
 
     def __post_init__(self) -> None:
