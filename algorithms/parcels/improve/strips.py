@@ -83,7 +83,8 @@ class Strips:
             itself. A corner counts twice, as it is in two sides.
         """
         own = self.weight[self.side // 4]
-        count = np.bincount(self.vertex, weights=own, minlength=len(xy))
+        found = np.bincount(self.vertex, weights=own, minlength=len(xy))
+        count: Floats = np.asarray(found, dtype=float)
         if not len(self.side):
             return xy.copy(), count
         t = _shares(xy, self.vertex, self.side)

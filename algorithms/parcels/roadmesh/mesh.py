@@ -71,6 +71,8 @@ class StreetMesh:
         What the edges are, by their vertices, the lower number first.
     parents
         From which region each was split, also of regions that are no more.
+    labels
+        Names that were given to regions, such as the template that they get.
     """
 
     def __init__(self) -> None:
@@ -78,6 +80,7 @@ class StreetMesh:
         self.regions: dict[int, Region] = {}
         self.edges: dict[tuple[int, int], MeshEdge] = {}
         self.parents: dict[int, int] = {}
+        self.labels: dict[int, str] = {}
         self._left: dict[tuple[int, int], int] = {}
         self._next = 1
 
@@ -88,6 +91,7 @@ class StreetMesh:
         other.regions = dict(self.regions)
         other.edges = dict(self.edges)
         other.parents = dict(self.parents)
+        other.labels = dict(self.labels)
         other._left = dict(self._left)
         other._next = self._next
         return other
@@ -248,6 +252,7 @@ class StreetMesh:
                 self.edges.pop((a, b) if a < b else (b, a), None)
         for number in parts:
             del self.regions[number]
+            self.labels.pop(number, None)
         whole = self.add_region(faces[0])
         if region in self.parents:
             self.parents[whole] = self.parents[region]

@@ -33,6 +33,8 @@ SCRAP = 0.5
 SLACK = 0.2
 #: Land this near to a street lies along it, times its width: corners are further than the half.
 BESIDE = 0.75
+#: Streets whose ends are nearer than this meet (metres).
+TOUCHES = 1.0
 #: New streets go on to a centre line that lies so far ahead, times their width.
 AHEAD = 1.5
 #: Plots that give access.
@@ -192,12 +194,37 @@ def streets_again(
         open_ = [LineString(piece) for piece in _open(polygon, closed)]
         ground = Ground(polygon, MultiLineString(open_), width=split.street_width)
         layout = lay_out(
-            ground, rules, split, seed=seed,
+            ground, rules, split, seed=seed, arriving=_arriving(polygon, existing, removed, kept),
             progress=Share(told, at / len(land), (at + 1) / len(land)),
         )  # fmt: skip
         layouts.append(layout)
         connectors += _connectors(layout, [existing.streets[k] for k in kept], others)
     return NewStreets(layouts, removed, connectors)
+
+
+def _arriving(
+    land: Polygon, existing: Existing, removed: Sequence[int], kept: Sequence[int]
+) -> list[tuple[Floats, Floats]]:
+    """Places on the edge of land where streets that stay led on, and their directions."""
+    if not removed:
+        return []
+    gone = shapely.union_all([existing.streets[k] for k in removed])
+    found = []
+    for k in kept:
+        line, reach = existing.streets[k], AHEAD * existing.widths[k]
+        for end, before in ((0, 1), (-1, -2)):
+            here, inner = (np.array(line.coords[at]) for at in (end, before))
+            spot = shapely.Point(here)
+            if gone.distance(spot) > TOUCHES or land.distance(spot) > reach:
+                continue
+            way = (here - inner) / max(float(np.hypot(*(here - inner))), 1e-9)
+            ahead = shapely.intersection(
+                LineString([here - way * SLACK, here + way * reach]), land.boundary
+            )
+            if not ahead.is_empty:
+                place = shapely.shortest_line(spot, ahead).coords[-1]
+                found.append((np.array(place), way))
+    return found
 
 
 def _with_corners(land: Polygon, others: Geometries) -> Polygon:
@@ -260,7 +287,7 @@ def _pieces(land: Polygon, others: Geometries) -> Floats:
     edges = np.stack([xy[inner], xy[inner + 1]], axis=1)
     near = others[shapely.intersects(others, shapely.buffer(land, ON_PLOT))] if len(others) else []
     if not len(near):
-        return edges
+        return np.asarray(edges)
     corners = shapely.points(np.unique(shapely.get_coordinates(near), axis=0))
     lines = shapely.linestrings(edges)
     point, edge = shapely.STRtree(lines).query(corners, "dwithin", ON_PLOT)
@@ -274,7 +301,7 @@ def _pieces(land: Polygon, others: Geometries) -> Floats:
     same = np.flatnonzero((own[1:] == own[:-1]) & (at[1:] > at[:-1]))
     way = (edges[:, 1] - edges[:, 0]) / np.maximum(length, 1e-12)[:, None]
     start, stop = (edges[own[k], 0] + at[k, None] * way[own[k]] for k in (same, same + 1))
-    return np.stack([start, stop], axis=1)
+    return np.asarray(np.stack([start, stop], axis=1))
 
 
 def _on_edge(middles: Geometries, existing: Existing) -> Flags:

@@ -102,7 +102,7 @@ class Backtracker:
         made = [part for part in trial.mesh.regions if part not in self.mesh.regions]
         cells = fill_regions(
             trial.mesh, made, self.splitter.rules, refine=False,
-            turning=self.splitter.split.turning_radius,
+            turning=self.splitter.split.turning_radius, templates=self.splitter.split.templates,
         )  # fmt: skip
         if sum(cell.cost for cell in cells.values()) >= before - LEAST_GAIN:
             return False

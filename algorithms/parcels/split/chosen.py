@@ -17,7 +17,7 @@ from shapely.geometry import LineString
 from ...errors import InputError
 from ...site.crs import layer_crs, working_crs
 from ...site.prepare import prepare_sites
-from ...site.repair import Problems
+from ...site.repair import Problems, make_valid
 from ...site.types import Site
 from ..streetspace import StreetWidths, widths_of
 from .again import SLACK, WAYS, Existing, joined
@@ -188,9 +188,9 @@ def valid_polygons(shapes: gpd.GeoSeries) -> npt.NDArray[Any]:
     polygonal = np.isin(shapely.get_type_id(own), (3, 6))
     finite = np.isfinite(shapely.bounds(own).reshape(-1, 4)).all(axis=1)
     own[~(polygonal & finite)] = shapely.Polygon()
-    for k in np.flatnonzero(~shapely.isvalid_polygons(own)):
-        own[k] = makevalid_polygons(own[k])
-    return own
+    for k in np.flatnonzero(~shapely.is_valid(own)):
+        own[k] = make_valid(own[k])
+    return np.asarray(own)
 
 
 def _picked(

@@ -19,6 +19,7 @@ from ..rules import ParcelRules
 from ..types import Block, Plot
 from .backtrack import Backtracker
 from .cells import Cell, fill_regions
+from .choosing import Chooser
 from .moving import optimised
 from .rules import SplitRules
 from .search import Splitter
@@ -85,6 +86,8 @@ class Layout:
         Number of the region of each block.
     blocks, plots
         The blocks, and what each was cut into.
+    streets
+        Streets of templates inside blocks, metres.
     remarks
         What a planner should know.
     score
@@ -100,6 +103,7 @@ class Layout:
     regions: Sequence[int]
     blocks: Sequence[Block]
     plots: Sequence[Sequence[Plot]]
+    streets: Sequence[LineString]
     remarks: Sequence[Remark]
     score: Score
     seed: int = 0
@@ -144,11 +148,12 @@ def lay_out(
     remarks = [Remark(place, text, "look at it", "warning") for place, text in given]
     splitter = Splitter(mesh, rules, split, arriving, guides, seed, Share(told, 0.0, 0.4))
     mesh = splitter.run().mesh
+    remarks += _forced(mesh, rules, split)
     watch.stop("streets")
     turning = split.turning_radius
     cells = fill_regions(
-        mesh, sorted(mesh.regions), rules, turning=turning, seed=seed, refine=False,
-        progress=Share(told, 0.4, 0.5),
+        mesh, sorted(mesh.regions), rules, turning=turning, templates=split.templates,
+        seed=seed, refine=False, progress=Share(told, 0.4, 0.5),
     )  # fmt: skip
     watch.stop("parcels")
     splitter.progress = Silent()
@@ -175,12 +180,30 @@ def _refined(
     """Improve all parcels; where the caller cancels they stay as they were cut."""
     try:
         return fill_regions(
-            mesh, sorted(mesh.regions), rules, turning=split.turning_radius, seed=seed,
+            mesh, sorted(mesh.regions), rules, turning=split.turning_radius,
+            templates=split.templates, seed=seed,
             progress=progress,
         )  # fmt: skip
     except CancelledError:
         progress.warn("Cancelled: the parcels are as they were cut, not improved.")
         return cells
+
+
+def _forced(mesh: StreetMesh, rules: ParcelRules, split: SplitRules) -> list[Remark]:
+    """Put templates that must be used where they fit best; tell which find no place."""
+    if split.templates is None:
+        return []
+    lack = Chooser(split.templates, rules, split.turning_radius).force(mesh)
+    place = mesh.polygon(max(mesh.regions, key=lambda r: mesh.polygon(r).area))
+    return [
+        Remark(
+            place.representative_point(),
+            f"the template '{name}' finds no place {count} more times, as often as it must be used",
+            "ask for it less often, or for more variations",
+            "warning",
+        )
+        for name, count in sorted(lack.items())
+    ]
 
 
 class _Watch:
@@ -217,7 +240,10 @@ def _layout(
             blocks.append(replace(block, block_id=len(blocks) + 1))
             plots.append(cut)
         found += [_remark(problem) for problem in cell.problems]
-    return Layout(ground, mesh, regions, blocks, plots, found, judge(ground, plots), seed, seconds)
+    streets = [line for region in sorted(cells) for line in cells[region].streets]
+    return Layout(
+        ground, mesh, regions, blocks, plots, streets, found, judge(ground, plots), seed, seconds
+    )
 
 
 def _remark(problem: FillProblem) -> Remark:

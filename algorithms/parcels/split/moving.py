@@ -59,7 +59,8 @@ def optimised(
             changed = _changed(mesh, moved)
             found.update(
                 fill_regions(
-                    moved, changed, rules, turning=split.turning_radius, seed=seed,
+                    moved, changed, rules, turning=split.turning_radius,
+            templates=split.templates, seed=seed,
                     refine=False, progress=Share(share, 0.5, 1.0),
                 )
             )  # fmt: skip

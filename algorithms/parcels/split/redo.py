@@ -21,18 +21,17 @@ from ..roadmesh import street_layer
 from ..rules import ParcelRules
 from ..types import Block, Plot, PlotUse
 from .again import blocks_again, parcels_again, streets_again
+from .chosen import Around, Chosen, covered, read_chosen
 from .layout import Layout
 from .rows import Rows
 from .rules import SplitRules
+
+__all__ = ["Around", "Asked", "Redone", "covered", "redo_parcels"]
 
 #: What may be done with the chosen parcels.
 Action = Literal["parcels", "streets", "merge", "use"]
 #: What the field `change` says of features.
 KEPT, NEW, MERGED, ASSIGNED = "kept", "new", "merged", "use"
-#: Parcels and streets further away than this from what is chosen have no say (metres).
-AROUND = 300.0
-#: A chosen lane that touches parcels that stay along so much of its edge stays, too (metres).
-TOUCH = 0.5
 #: Distances that are told of the streets of a whole site.
 OF_SITE = ("dist_to_sink_m", "dist_start_m", "dist_end_m", "direction")
 

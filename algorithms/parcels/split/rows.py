@@ -106,7 +106,8 @@ class Rows:
             pd.DataFrame(data, index=labels),
             geometry=gpd.GeoSeries(layer.geometry.to_numpy(), index=labels, crs=self.frame.crs),
         )
-        new = new.rename_geometry(kept.geometry.name)
+        if kept.geometry.name != "geometry":
+            new = new.rename_geometry(kept.geometry.name)
         both = pd.concat([kept.astype(dict.fromkeys(data, object)), new])
         return gpd.GeoDataFrame(both, geometry=kept.geometry.name, crs=self.frame.crs)
 

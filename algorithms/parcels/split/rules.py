@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from ...errors import InputError
 from ..field.crosses import FieldKind
 from ..field.score import Weights
+from .choosing import TemplateRules
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,8 @@ class SplitRules:
         Of the scores.
     least_depth, largest_depth
         Land is at least and at most this many parcel depths from access.
+    templates
+        Drawn templates that may be used, None for rows of parcels alone.
     tries
         How many poor regions are split anew after the first parcels, at most.
     optimise
@@ -46,6 +49,7 @@ class SplitRules:
     weights: Weights = field(default_factory=Weights)
     least_depth: float = 0.6
     largest_depth: float = 1.5
+    templates: TemplateRules | None = None
     tries: int = 24
     optimise: bool = True
     turning_radius: float = 9.0

@@ -13,6 +13,7 @@ from ...errors import CancelledError
 from ...progress import Progress, Silent
 from ..roadmesh import StreetMesh
 from ..rules import ParcelRules
+from .choosing import Chooser
 from .cutting import cut, fit_ends
 from .ground import Samples, block_length, parts, sample
 from .junctions import junctions_of
@@ -122,6 +123,9 @@ class Splitter:
         """Begin with a mesh, which is changed."""
         self._rng = np.random.default_rng(seed)
         self._random = seed != 0
+        asked = self.split.templates
+        turning = self.split.turning_radius
+        self._chooser = None if asked is None else Chooser(asked, self.rules, turning)
         self._mesh = mesh
         self._next = 1 + max((e.street for e in mesh.edges.values()), default=-1)
         self._left = SECOND_THOUGHTS
@@ -144,6 +148,12 @@ class Splitter:
                 return self._parts(made)
         deep = samples.deepest > self.split.largest_depth * self.rules.depth
         long = block_length(polygon) > self.split.max_block_length
+        if self._chooser is not None and (deep or not long):
+            rng = self._rng if self._random else None
+            name = self._chooser.choose(self._mesh, region, whole=not deep, rng=rng)
+            if name:
+                self._mesh.labels[region] = name
+                return self._served(polygon.area)
         if not deep and not long:
             return self._served(polygon.area)
         found = self._proposals(region, samples, across=not deep)
