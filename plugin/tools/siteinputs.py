@@ -47,7 +47,7 @@ def roads() -> QgsProcessingParameterDefinition:
     )
 
 
-def obstacles() -> QgsProcessingParameterDefinition:
+def obstacles(*, advanced: bool = False) -> QgsProcessingParameterDefinition:
     """Declare the layer of obstacles."""
     return parameters.layer(
         "OBSTACLES",
@@ -55,6 +55,7 @@ def obstacles() -> QgsProcessingParameterDefinition:
         "Polygons that must stay free of streets, such as buildings to keep, water or trees.",
         "polygon",
         optional=True,
+        advanced=advanced,
     )
 
 

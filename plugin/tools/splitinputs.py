@@ -9,7 +9,7 @@ from qgis.core import QgsProcessingParameterDefinition
 
 from .. import parameters
 from ..request import Request
-from . import parcelinputs
+from . import parcelinputs, templateinputs
 
 FIELDS = {
     "smooth": "streets follow the edges of the site, as straight as these allow",
@@ -202,6 +202,7 @@ def split_of(request: Request) -> Any:
             ds=request.number("WEIGHT_SINGULARITIES"),
             ct=request.number("WEIGHT_CONTINUITY"),
         ),
+        templates=templateinputs.templates_of(request),
         tries=request.integer("EFFORT"),
         turning_radius=request.number("TURNING_RADIUS"),
     )

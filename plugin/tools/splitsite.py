@@ -16,7 +16,7 @@ from ..progress import FeedbackProgress
 from ..record import to_json
 from ..request import Request
 from ..tool import Tool
-from . import parcelinputs, siteinputs, splitinputs
+from . import parcelinputs, siteinputs, splitinputs, templateinputs
 
 
 class SplitSite(Tool):
@@ -73,10 +73,12 @@ class SplitSite(Tool):
         yield siteinputs.site()
         yield siteinputs.roads()
         yield splitinputs.key_elements()
+        yield templateinputs.source()
         yield from splitinputs.sizes()
         yield from splitinputs.variations()
         yield from splitinputs.streets()
-        yield siteinputs.obstacles()
+        yield siteinputs.obstacles(advanced=True)
+        yield from templateinputs.details()
         yield from parcelinputs.sizes()
         yield from splitinputs.deep()
         yield from siteinputs.snapping(advanced=True)
@@ -135,7 +137,11 @@ class SplitSite(Tool):
                 "SECONDS": time.monotonic() - begun,
             },
             specification=to_json(
-                {"parcels": dataclasses.asdict(rules), "streets": dataclasses.asdict(split)}
+                {
+                    "parcels": dataclasses.asdict(rules),
+                    "streets": dataclasses.asdict(dataclasses.replace(split, templates=None)),
+                    "templates": templateinputs.record(split.templates),
+                }
             ),
             keep=True,
         )

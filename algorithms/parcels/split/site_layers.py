@@ -18,6 +18,7 @@ from ..roadmesh import street_layer
 from ..roadmesh.layer import COLUMNS as STREET_COLUMNS
 from ..types import Block, Plot
 from .elements import KeyArea
+from .inner_streets import with_inner_streets
 from .layout import Layout, Remark
 
 #: Columns that are added to the layers of streets, blocks and parcels.
@@ -116,6 +117,10 @@ def _variation(
             names = [given.name for given in layout.ground.streets]
             frame = street_layer(
                 layout.mesh, own.site.crs, site_id=own.site.site_id, names=names, turning=turning
+            )
+            every = [plot for cut in layout.plots for plot in cut]
+            frame = with_inner_streets(
+                frame, layout.streets, every, layout.ground.frontage, site_id=own.site.site_id
             )
             streets.append(frame.to_crs(source_crs))
     found = parcel_layers(blocks, plots, places, source_crs)
