@@ -17,6 +17,7 @@ from ..layers import parcel_layers
 from ..roadmesh import street_layer
 from ..roadmesh.layer import COLUMNS as STREET_COLUMNS
 from ..types import Block, Plot
+from .connectors import with_connectors
 from .elements import KeyArea
 from .inner_streets import with_inner_streets
 from .layout import Layout, Remark
@@ -122,7 +123,7 @@ def _variation(
             frame = with_inner_streets(
                 frame, layout.streets, every, layout.ground.frontage, site_id=own.site.site_id
             )
-            streets.append(frame.to_crs(source_crs))
+            streets.append(with_connectors(frame, own.site).to_crs(source_crs))
     found = parcel_layers(blocks, plots, places, source_crs)
     found.pop("street_space", None)
     found["parcels"] = _with_areas(found["parcels"], [own for own, _ in chosen], source_crs)
@@ -177,7 +178,7 @@ def _scores(
         "undesirable_pct": 100 * mean("undesirable", parcels),
         "green_pct": 100 * mean("green", area),
         "street_pct": 100 * mean("street", area),
-        "street_m": float(streets["length_m"].sum()),
+        "street_m": float(streets.loc[streets["status"] == "new", "length_m"].sum()),
         "score": mean("value", area),
         "seed": layouts[0].seed if layouts else 0,
     }
