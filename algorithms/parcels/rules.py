@@ -50,7 +50,7 @@ class ParcelRules:
     Examples
     --------
     >>> ParcelRules(width=18, depth=30).area
-    540.0
+    540
     """
 
     width: float = 18.0

@@ -16,6 +16,8 @@ from ..types import Plot
 
 #: Ends this near to the centre line of a street, or to the frontage, are connected (metres).
 REACH = 25.0
+#: Ends further inside the space of their street than this end there, in a turning head (metres).
+INSIDE = 1.0
 #: Plots that streets inside blocks lie on.
 WAYS = ("street", "lane")
 
@@ -61,7 +63,7 @@ def _row(
 ) -> dict[str, Any]:
     """Describe one street; it begins where it is entered."""
     xy = shapely.get_coordinates(line)
-    starts = [_entry(shapely.Point(end), frame, frontage) for end in (xy[0], xy[-1])]
+    starts = [_entry(shapely.Point(end), frame, frontage, ways) for end in (xy[0], xy[-1])]
     if starts[0] is None and starts[1] is not None:
         xy, starts = xy[::-1], starts[::-1]
     if starts[0] is not None:
@@ -99,9 +101,11 @@ def _ways_out(known: Sequence[float | None], length: float) -> list[float | None
 
 
 def _entry(
-    end: shapely.Point, frame: gpd.GeoDataFrame, frontage: MultiLineString
+    end: shapely.Point, frame: gpd.GeoDataFrame, frontage: MultiLineString, ways: Any
 ) -> tuple[Any, float] | None:
     """Find where a street is entered: the place, and how far it is from there to leave the site."""
+    if len(ways) and shapely.contains(shapely.buffer(ways, -INSIDE), end).any():
+        return None
     best: tuple[float, Any, float] | None = None
     if not frontage.is_empty and frontage.distance(end) < REACH:
         way = shapely.shortest_line(end, frontage)
