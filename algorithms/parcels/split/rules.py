@@ -44,7 +44,7 @@ class SplitRules:
     """
 
     street_width: float = 15.0
-    max_block_length: float = 230.0
+    max_block_length: float = 260.0
     field_kind: FieldKind = "smooth"
     weights: Weights = field(default_factory=Weights)
     least_depth: float = 0.6
