@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from platwright.errors import CancelledError
 from platwright.measure.parcel_shape import corner_deviation, rectangle_ratio, undesirable
+from platwright.parcels.cut import blocks as cutting
 from platwright.parcels.cut import core_of, cut_blocks, score
 from platwright.parcels.rules import ParcelRules
 from platwright.parcels.types import Block, Plot
@@ -254,7 +255,10 @@ def test_pointed_corner_becomes_a_green_beside_good_parcels():
 
 def test_same_block_same_plots():
     blocks = [Block(orient(p), block_id=k) for k, p in enumerate(FIVE.values())]
-    first, second = cut_blocks(blocks, RULES), cut_blocks(blocks[::-1], RULES)[::-1]
+    cutting.KEPT.clear()
+    first = cut_blocks(blocks, RULES)
+    cutting.KEPT.clear()
+    second = cut_blocks(blocks[::-1], RULES)[::-1]
     for a, b in zip(first, second):
         assert [p.polygon.wkb for p in a] == [p.polygon.wkb for p in b]
 
@@ -263,6 +267,14 @@ def test_far_from_the_origin():
     # as in a national grid
     near, far = FIVE["L"], shapely.affinity.translate(FIVE["L"], 534_000, 5_210_000)
     assert len(cut(near)) == len(cut(far))
+
+
+def test_small_cut_off_corner_far_from_the_origin():
+    # once its width was compared with the coordinates
+    cut_off = Polygon([(2, 0), (120, 8), (114, 90), (0, 84), (0, 2)])
+    far = shapely.affinity.translate(cut_off, 534_000, 5_210_000)
+    areas = [sorted(shapely.area(parcels(cut(p)))) for p in (cut_off, far)]
+    assert areas[0] == pytest.approx(areas[1], abs=0.5)
 
 
 def test_cancelled():

@@ -16,8 +16,10 @@ from ...progress import Progress, Silent
 from ..rules import ParcelRules
 from ..types import Block, Plot
 from .corners import ACUTE_FROM, TURN, Style
-from .draft import Ground, draft
+from .draft import Draft, Ground, draft
 from .fronts import choices
+from .kept import Kept
+from .line import Floats
 from .outline import Side, sides, usable
 from .pieces import Pieces
 
@@ -31,6 +33,10 @@ NO_COURT = 1.6
 WIDER = (2.0, 0.17)
 #: The areas of plots and block agree to this, relative.
 EXACT = 1e-6
+#: What degenerate land may raise.
+FAILURES = (shapely.errors.GEOSException, QhullError, ValueError, IndexError)
+#: Blocks cut before: those of a trial are cut again when the trial is chosen.
+KEPT = Kept()
 
 
 def cut_blocks(
@@ -71,11 +77,25 @@ def cut_blocks(
     found: list[list[Plot]] = []
     for first in range(0, len(blocks), BATCH):
         progress.stage("Cutting blocks into parcels", first / len(blocks))
+        _ask(progress)
         batch = blocks[first : first + BATCH]
-        why = [_hopeless(b, rules) for b in batch]
-        cut = iter(_batch([Work(b, rules) for b, w in zip(batch, why) if not w], progress))
-        found += [[Plot(b.polygon, "green", w)] if w else next(cut) for b, w in zip(batch, why)]
+        known = [KEPT.find(b, rules) for b in batch]
+        fresh = [b for b, plots in zip(batch, known) if plots is None]
+        why = [_hopeless(b, rules) for b in fresh]
+        done = iter(cut_all([Work(b, rules) for b, w in zip(fresh, why) if not w], progress))
+        cut = iter([[Plot(b.polygon, "green", w)] if w else next(done) for b, w in zip(fresh, why)])
+        for block, before in zip(batch, known):
+            plots = next(cut) if before is None else list(before)
+            KEPT.keep(block, rules, plots)
+            found.append(plots)
     return found
+
+
+def _ask(progress: Progress) -> None:
+    """Stop if the caller cancelled."""
+    if progress.cancelled():
+        msg = "Cancelled while blocks were cut into parcels."
+        raise CancelledError(msg)
 
 
 def _hopeless(block: Block, rules: ParcelRules) -> str:
@@ -106,21 +126,62 @@ class Work:
         self.radius = float(shapely.maximum_inscribed_circle(block.polygon, tolerance=0.5).length)
         self.ground = Ground(block.polygon, self.outline, self.radius, rules)
         self.tried: list[tuple[float, tuple[int, ...], Style, list[Plot]]] = []
-        self.fresh: list[tuple[tuple[int, ...], Style, list[Plot]]] = []
+        self.drafts: list[tuple[bytes, Draft]] = []
+        self.fresh: list[tuple[bytes, list[Plot]]] = []
+        #: which draft fronts and style lead to: several may lead to the same
+        self.asked: list[tuple[tuple[int, ...], Style, bytes]] = []
+        self.marks: dict[bytes, tuple[float, list[Plot]]] = {}
+        #: why layouts were dropped
+        self.dropped: list[Exception] = []
 
     def build(self, fronts: tuple[int, ...], style: Style) -> None:
-        """Build one layout; one that fails or does not tile the block is dropped."""
+        """Draft one layout; one that fails is dropped."""
         try:
-            made = draft(self.ground, fronts, style)
-            pieces = Pieces(made, self.block, self.rules, self.corners)
-            pieces.merge_small()
-            plots = pieces.plots()
-        except (shapely.errors.GEOSException, QhullError, ValueError, IndexError):
+            key, made = draft(self.ground, fronts, style)
+        except FAILURES as error:
             # degenerate land, of a thousand blocks one: the other layouts stand in for this one
-            return
-        area = self.block.polygon.area
-        if abs(sum(p.polygon.area for p in plots) - area) < EXACT * area:
-            self.fresh.append((fronts, style, plots))
+            self.dropped.append(error)
+        else:
+            self.asked.append((fronts, style, key))
+            if made is not None:
+                self.drafts.append((key, made))
+
+    def finish(self, angle: Floats, ratio: Floats) -> None:
+        """Turn the drafts into plots; what fails or does not tile the block is dropped.
+
+        Parameters
+        ----------
+        angle, ratio
+            `corner_deviation` and `rectangle_ratio` of the pieces of all drafts, shape (n,).
+        """
+        first, area = 0, self.block.polygon.area
+        for key, made in self.drafts:
+            mine = slice(first, first + len(made.pieces))
+            first = mine.stop
+            try:
+                pieces = Pieces(
+                    made, self.block, self.rules, self.corners, angle[mine], ratio[mine]
+                )
+                pieces.merge_small()
+                plots = pieces.plots()
+            except FAILURES as error:
+                self.dropped.append(error)
+                continue
+            if abs(float(pieces.areas().sum()) - area) < EXACT * area:
+                self.fresh.append((key, plots))
+            else:
+                self.dropped.append(ValueError("The plots do not tile the block."))
+        self.drafts = []
+
+    def note(self, marks: Floats) -> None:
+        """Take the scores of the layouts that were finished, shape (k,)."""
+        for (key, plots), mark in zip(self.fresh, marks.tolist()):
+            self.marks[key] = mark, plots
+        for fronts, style, key in self.asked:
+            if key in self.marks:
+                mark, plots = self.marks[key]
+                self.tried.append((mark, fronts, style, plots))
+        self.fresh, self.asked = [], []
 
     def first(self) -> None:
         """Build a layout for each set of fronts."""
@@ -161,19 +222,40 @@ class Work:
         return min(self.tried, key=lambda x: x[0])[3]
 
 
-def _batch(work: list[Work], progress: Progress) -> list[list[Plot]]:
+def cut_all(work: list[Work], progress: Progress) -> list[list[Plot]]:
+    """Try layouts of some blocks in three rounds; return the best of each.
+
+    Parameters
+    ----------
+    work
+        The blocks.
+    progress
+        Asked for cancellation.
+    """
     for build in (Work.first, Work.second, Work.third):
         for one in work:
-            if progress.cancelled():
-                msg = "Cancelled while blocks were cut into parcels."
-                raise CancelledError(msg)
+            _ask(progress)
             build(one)
-        fresh = [(one, *made) for one in work for made in one.fresh]
-        marks = score([plots for *_, plots in fresh])
-        for (one, fronts, style, plots), mark in zip(fresh, marks):
-            one.tried.append((float(mark), fronts, style, plots))
-            one.fresh = []
+        _finish(work)
+        marks = score([plots for one in work for _, plots in one.fresh])
+        last = np.cumsum([len(one.fresh) for one in work])
+        for one, mine in zip(work, np.split(marks, last[:-1])):
+            one.note(mine)
     return [one.best() for one in work]
+
+
+def _finish(work: list[Work]) -> None:
+    """Turn all drafts into plots, their pieces measured together."""
+    drafts = [made.pieces for one in work for _, made in one.drafts]
+    if not drafts:
+        return
+    pieces = np.concatenate(drafts)
+    angle, ratio = corner_deviation(pieces), rectangle_ratio(pieces)
+    first = 0
+    for one in work:
+        last = first + sum(len(made.pieces) for _, made in one.drafts)
+        one.finish(angle[first:last], ratio[first:last])
+        first = last
 
 
 def score(layouts: Sequence[Sequence[Plot]]) -> npt.NDArray[np.float64]:

@@ -10,7 +10,8 @@ from shapely.geometry import Polygon
 from ..rules import ParcelRules
 from ..types import Block
 from .fronts import choices
-from .outline import Floats, Side, direction, sides
+from .line import Floats
+from .outline import Side, direction, sides
 
 #: Land further from the streets than that many depths is too deep for a parcel.
 DEEP = 1.55

@@ -9,8 +9,9 @@ import shapely
 from shapely.geometry import Polygon
 
 from ..rules import ParcelRules
-from .outline import Floats, Side, direction
-from .rear import PUSH, Chain, along, corner_of, hit, pushed
+from .line import Floats, Line, along
+from .outline import Side, direction
+from .rear import PUSH, Chain, corner_of, hit, pushed
 
 #: Gentler turns keep the bisector: both rows end in slightly slanted parcels (degrees).
 TURN = 45.0
@@ -18,6 +19,8 @@ TURN = 45.0
 REFLEX = 50.0
 #: Up to this turn the land between a straight rear line and a square end goes to the court.
 SQUARE = 86.0
+#: Fronts whose ends are nearer than this share a corner; else it is rounded or cut off (metres).
+SHARED = 3.0
 #: How far along the line between two rows the corner may reach, in depths, without a court.
 REACH = 1.45
 #: The same at acute corners, which turn by more than the second of these angles (degrees): the
@@ -133,7 +136,8 @@ def _through_the_edge(chain: Chain, end: int, polygon: Polygon) -> None:
 
 def _share_corner(sides: list[Side], place: tuple[int, int, int]) -> bool:
     """Tell whether two fronts meet in a point, not in a rounding."""
-    return bool(np.allclose(sides[place[1]].xy[-1], sides[place[2]].xy[0], atol=1e-9))
+    gap = np.abs(sides[place[1]].xy[-1] - sides[place[2]].xy[0])
+    return bool((gap <= SHARED).all())
 
 
 def _to_the_corner(chain: Chain, place: tuple[int, int, int], sides: list[Side]) -> None:
@@ -212,7 +216,7 @@ def _shortened(chain: Chain, goal: Floats, corner: Floats) -> Chain:
     if shapely.distance(line, shapely.points(goal)) > 0.01:
         return chain
     place = shapely.line_locate_point(line, shapely.points(goal))
-    steps = np.r_[0.0, np.cumsum(np.hypot(*np.diff(chain.xy, axis=0).T))]
+    steps = Line(chain.xy).place
     near_start = np.hypot(*(chain.xy[0] - corner)) < np.hypot(*(chain.xy[-1] - corner))
     if near_start:
         return Chain(chain.pair, np.vstack([goal, chain.xy[steps > place + 0.01]]))
@@ -235,17 +239,18 @@ def _convex(
     )
     xy = chain.xy if end == 0 else chain.xy[::-1]
     # how far the corner goes: to the junction of rear lines, or as deep as a parcel may be
-    steps = np.r_[0.0, np.cumsum(np.hypot(*np.diff(xy, axis=0).T))]
+    line = Line(xy)
+    steps = line.place
     front = shapely.linestrings(sides[loser].xy)
     fine = np.linspace(0, steps[-1], max(8, int(steps[-1])))
-    depth = shapely.distance(shapely.points(along(xy, fine)), front)
+    depth = shapely.distance(shapely.points(line.at(fine)), front)
     most = 1.1 if not core.is_empty else REACH
     if style.early:
         most = float(np.interp(sides[first].turn, [ACUTE_FROM, ACUTE_TO], [most, ACUTE]))
     limit = most * rules.depth
     beyond = np.flatnonzero(depth > limit)
     stop = float(fine[beyond[0]]) if len(beyond) else float(steps[-1])
-    junction = along(xy, np.array([stop]))[0]
+    junction = line.at(np.array([stop]))[0]
     if stop < 2.0:
         return
     foot = _foot(junction, winner, loser, first, sides, style.straight)

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 from shapely.geometry import Polygon
 from shapely.geometry.polygon import orient
 
 from ..types import Block
+from .line import Floats, Line, steps_of
 
-Floats = npt.NDArray[np.float64]
 #: The outline is simplified by this before its sides are read (metres).
 DETAIL = 0.3
 #: A turn by more makes a corner (degrees).
@@ -55,10 +56,15 @@ class Side:
     turn: float = 0.0
     rounding: bool = False
 
+    @cached_property
+    def line(self) -> Line:
+        """Its vertices with the distances along them."""
+        return Line(self.xy)
+
     @property
     def length(self) -> float:
         """Length, metres."""
-        return float(np.hypot(*np.diff(self.xy, axis=0).T).sum())
+        return self.line.length
 
 
 def direction(xy: Floats, end: int, reach: float = 8.0) -> Floats:
@@ -73,12 +79,20 @@ def direction(xy: Floats, end: int, reach: float = 8.0) -> Floats:
     reach
         Over how much of its length the direction is taken, metres.
     """
-    steps = np.hypot(*np.diff(xy, axis=0).T)
-    along = np.r_[0.0, np.cumsum(steps)]
-    place = min(reach, along[-1]) if end == 0 else max(0.0, along[-1] - reach)
-    other = np.array([np.interp(place, along, xy[:, 0]), np.interp(place, along, xy[:, 1])])
-    way = other - xy[0] if end == 0 else xy[-1] - other
-    return np.asarray(way / max(float(np.hypot(*way)), 1e-9))
+    one = 1 if end == 0 else -1
+    x, y = begin = xy[end].tolist()
+    left = reach
+    # asked for at every corner: two edges in plain numbers take less than arrays would
+    for k in range(end + one, one * len(xy) + end, one):
+        to_x, to_y = xy[k].tolist()
+        long = math.hypot(to_x - x, to_y - y)
+        if long > left:
+            x, y = x + (to_x - x) * left / long, y + (to_y - y) * left / long
+            break
+        x, y, left = to_x, to_y, left - long
+    way_x, way_y = one * (x - begin[0]), one * (y - begin[1])
+    whole = max(math.hypot(way_x, way_y), 1e-9)
+    return np.array([way_x / whole, way_y / whole])
 
 
 def angle_between(first: Floats, second: Floats) -> float:
@@ -137,7 +151,7 @@ def _joined(chains: list[tuple[Floats, bool]], first: int) -> list[Side]:
 
 
 def _is_rounding(xy: Floats) -> bool:
-    length = float(np.hypot(*np.diff(xy, axis=0).T).sum())
+    length = Line(xy).length
     return length < ROUNDING or (length <= WINDOW and float(_turns(xy).sum()) > SHARP / 2)
 
 
@@ -185,7 +199,7 @@ def _simple(xy: Floats) -> Floats:
 
 def _turns(xy: Floats) -> Floats:
     """Turn to the left at each inner vertex, degrees."""
-    step = np.diff(xy, axis=0)
+    step = xy[1:] - xy[:-1]
     back, on = step[:-1], step[1:]
     cross = back[:, 0] * on[:, 1] - back[:, 1] * on[:, 0]
     return np.asarray(np.degrees(np.arctan2(cross, (back * on).sum(axis=1))))
@@ -207,11 +221,11 @@ def _at_arcs(xy: Floats) -> list[Floats]:
     turns = _turns(xy)
     if len(xy) < 4 or float(np.clip(turns, 0, None).sum()) < SHARP:
         return [xy]
-    place = np.r_[0.0, np.cumsum(np.hypot(*np.diff(xy, axis=0).T))]
-    total = np.r_[0.0, np.cumsum(turns)]  # turned up to and at each vertex but the last
+    place = steps_of(xy)
+    total = np.append(0.0, np.cumsum(turns))  # turned up to and at each vertex but the last
     last = np.searchsorted(place, place + WINDOW, side="right") - 1
     last = np.minimum(last, len(xy) - 2)
-    gain = total[last] - np.r_[0.0, total][: len(xy)]
+    gain = total[last] - np.append(0.0, total)[: len(xy)]
     gain[-1] = 0.0
     i = int(np.argmax(gain))
     j = int(last[i])
@@ -237,7 +251,7 @@ def _halves(xy: Floats) -> list[Floats]:
 
 def _halving_vertex(xy: Floats) -> int:
     """Return the vertex, none of the ends, nearest to half of the length."""
-    along = np.r_[0.0, np.cumsum(np.hypot(*np.diff(xy, axis=0).T))]
+    along = steps_of(xy)
     return int(np.argmin(np.abs(along[1:-1] - along[-1] / 2))) + 1
 
 

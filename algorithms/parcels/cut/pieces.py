@@ -18,7 +18,8 @@ from ...measure.parcel_shape import (
 from ..rules import ParcelRules
 from ..types import Block, Plot, PlotUse
 from .draft import COURT, GREEN, LOOSE, PARCEL, Draft
-from .outline import NEAR, Floats
+from .line import Floats
+from .outline import NEAR
 
 #: Neighbours share at least that much of their outlines (metres).
 COMMON = 0.5
@@ -68,7 +69,8 @@ def touching(pieces: npt.NDArray[np.object_], block: Block) -> Touching:
     number = np.unique(xy[:, 0] + 1j * xy[:, 1], return_inverse=True)[1].ravel()
     low = np.minimum(number[:-1], number[1:])[same].astype(np.int64)
     high = np.maximum(number[:-1], number[1:])[same].astype(np.int64)
-    length = np.hypot(*np.diff(xy, axis=0).T)[same]
+    step = xy[1:] - xy[:-1]
+    length = np.sqrt(step[:, 0] ** 2 + step[:, 1] ** 2)[same]
     middle = ((xy[1:] + xy[:-1]) / 2)[same]
     who = owner[ring[:-1][same]]
     key = low * (int(number.max()) + 1) + high
@@ -101,9 +103,19 @@ class Pieces:
         What is asked of parcels.
     corners
         The convex corners of the block, shape (k, 2).
+    angle, ratio
+        `corner_deviation` and `rectangle_ratio` of each piece, shape (n,).
     """
 
-    def __init__(self, made: Draft, block: Block, rules: ParcelRules, corners: Floats) -> None:
+    def __init__(
+        self,
+        made: Draft,
+        block: Block,
+        rules: ParcelRules,
+        corners: Floats,
+        angle: Floats,
+        ratio: Floats,
+    ) -> None:
         found = touching(made.pieces, block)
         self.shape = list(made.pieces)
         self.kind = made.kind.tolist()
@@ -111,6 +123,9 @@ class Pieces:
         self.common, self.street = found.common, found.street.tolist()
         self.note = ["pointed corner" if k == GREEN else "" for k in self.kind]
         self.alive = [True] * len(self.shape)
+        self.angle, self.ratio = angle, ratio
+        #: pieces that took others since they were measured
+        self.stale: set[int] = set()
         self.rules = rules
         self.corners = shapely.multipoints(corners)
 
@@ -133,10 +148,18 @@ class Pieces:
                 continue
             if not rules.least_area <= self.area[k] <= rules.largest_area:
                 continue
-            shape = np.array([self.shape[k]])
-            poor = undesirable(corner_deviation(shape), rectangle_ratio(shape))[0]
+            self._measure()
+            poor = undesirable(self.angle[k], self.ratio[k])
             if not poor or self.area[k] > LARGE_GREEN * rules.area:
                 self.kind[k], self.note[k] = PARCEL, ""
+
+    def _measure(self) -> None:
+        """Measure the pieces that took others."""
+        if self.stale:
+            mine = sorted(self.stale)
+            shapes = np.array([self.shape[k] for k in mine])
+            self.angle[mine], self.ratio[mine] = corner_deviation(shapes), rectangle_ratio(shapes)
+            self.stale = set()
 
     def _mend(self) -> None:
         """Join undesirable parcels with a neighbour, or make the worst small ones greens."""
@@ -144,8 +167,8 @@ class Pieces:
         lots = [k for k in range(len(self.shape)) if self.alive[k] and self.kind[k] == PARCEL]
         if not lots:
             return
-        shapes = np.array([self.shape[k] for k in lots])
-        angle, ratio = corner_deviation(shapes), rectangle_ratio(shapes)
+        self._measure()
+        angle, ratio = self.angle[lots], self.ratio[lots]
         poor = undesirable(angle, ratio)
         bad = {lots[i] for i in np.flatnonzero(poor)}
         pointed = {lots[i] for i in np.flatnonzero((angle > BAD_ANGLE) & (ratio > BAD_AREA))}
@@ -161,9 +184,9 @@ class Pieces:
                 if self.area[k] + self.area[j] > min(rules.largest_area, JOINED * rules.area):
                     continue
                 both = shapely.union(self.shape[k], self.shape[j])
-                shape = np.array([both])
                 if both.geom_type != "Polygon":
                     continue
+                shape = np.array([both])
                 size = float(rectangle_ratio(shape)[0])
                 if size > BAD_AREA or corner_deviation(shape)[0] > BAD_ANGLE:
                     continue
@@ -233,6 +256,8 @@ class Pieces:
     def _merge(self, k: int, j: int, both: shapely.Geometry) -> None:
         """Let piece j take piece k."""
         self.shape[j], self.area[j] = both, both.area
+        self.stale.discard(k)
+        self.stale.add(j)
         self.street[j] += self.street[k]
         for other, shared in self.common[k].items():
             del self.common[other][k]
@@ -253,6 +278,10 @@ class Pieces:
                     if both.geom_type == "Polygon":
                         self._merge(k, j, both)
                         break
+
+    def areas(self) -> Floats:
+        """Return the areas of the plots, square metres."""
+        return np.array(self.area)[self.alive]
 
     def plots(self) -> list[Plot]:
         """Return the plots."""

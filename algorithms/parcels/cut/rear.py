@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 import shapely
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import Voronoi
 from shapely.geometry import Polygon
 
-from .outline import Floats, Side, direction
+from .line import Floats, Line
+from .outline import Side, direction
 
 #: Distance between the samples of the fronts (metres) and their largest number.
 STEP, MOST = 2.0, 400
@@ -43,7 +43,7 @@ class Chain:
     @property
     def length(self) -> float:
         """Length, metres."""
-        return float(np.hypot(*np.diff(self.xy, axis=0).T).sum())
+        return Line(self.xy).length
 
 
 def samples(sides: list[Side], fronts: tuple[int, ...]) -> tuple[Floats, npt.NDArray[np.int64]]:
@@ -52,17 +52,9 @@ def samples(sides: list[Side], fronts: tuple[int, ...]) -> tuple[Floats, npt.NDA
     points, owner = [], []
     for k in fronts:
         count = max(4, round(sides[k].length / step))
-        points.append(along(sides[k].xy, (np.arange(count) + 0.5) / count * sides[k].length))
+        points.append(sides[k].line.at((np.arange(count) + 0.5) / count * sides[k].length))
         owner.append(np.full(count, k))
     return np.vstack(points), np.concatenate(owner)
-
-
-def along(xy: Floats, distance: Floats) -> Floats:
-    """Return the points of a line at distances from its start, shape (n, 2)."""
-    place = np.r_[0.0, np.cumsum(np.hypot(*np.diff(xy, axis=0).T))]
-    return np.stack(
-        [np.interp(distance, place, xy[:, 0]), np.interp(distance, place, xy[:, 1])], axis=-1
-    )
 
 
 def middle_lines(
@@ -97,13 +89,17 @@ def middle_lines(
     differs = pair[:, 0] != pair[:, 1]
     pair, lines = pair[differs], graph.vertices[ends[differs]]
     chains: list[Chain] = []
-    for a, b in np.unique(pair, axis=0):
-        these = shapely.linestrings(lines[(pair == (a, b)).all(axis=1)])
-        merged = shapely.intersection(shapely.line_merge(shapely.multilinestrings(these)), polygon)
+    number = pair[:, 0] * (int(owner.max()) + 1) + pair[:, 1]
+    order = np.argsort(number, kind="stable")
+    pair, these = pair[order], shapely.linestrings(lines[order])
+    which = np.unique(number, return_inverse=True)[1].ravel()[order]
+    first = np.searchsorted(which, np.arange(int(which[-1]) + 1)) if len(which) else which
+    together = shapely.line_merge(shapely.multilinestrings(these, indices=which))
+    for (a, b), merged in zip(pair[first].tolist(), shapely.intersection(together, polygon)):
         merged = shapely.line_merge(merged) if merged.geom_type == "MultiLineString" else merged
         for part in shapely.get_parts(shapely.simplify(merged, SMOOTH)):
             if part.geom_type == "LineString" and part.length > 0:
-                chains.append(Chain((int(a), int(b)), shapely.get_coordinates(part)))
+                chains.append(Chain((a, b), shapely.get_coordinates(part)))
     return _welded(chains, polygon), deep
 
 
@@ -116,7 +112,13 @@ def _welded(chains: list[Chain], polygon: Polygon) -> list[Chain]:
     near = np.hypot(*(ends[:, None] - ends[None]).transpose(2, 0, 1)) < WELD
     near &= inside[:, None] & inside[None]
     np.fill_diagonal(near, True)
-    group = connected_components(near, directed=False)[1]
+    group = np.arange(len(ends))
+    # the least number spreads among those that are near: there are few ends
+    for _ in ends:
+        least = np.where(near, group, len(ends)).min(axis=1)
+        if (least == group).all():
+            break
+        group = least
     for j in np.unique(group):
         ends[group == j] = ends[group == j].mean(axis=0)
     found = []

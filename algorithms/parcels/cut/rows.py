@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..rules import ParcelRules
-from .outline import Floats
-from .profile import Overhang, Profile, depths, normals, overhangs, profile_of, turning
-from .rear import PUSH, along
+from .line import Floats, Line
+from .profile import Overhang, Profile, depths, middle_of, overhangs, profile_of, turning
+from .rear import PUSH
 from .shares import how_many, needs_of, shared, whole_parcels
 
 #: Distance between rays (metres).
@@ -43,80 +43,117 @@ class Cuts:
     greens: list[Floats] = field(default_factory=list)
 
 
-def cut_row(
-    front: Floats,
-    ring: Floats,
-    rules: ParcelRules,
-    corners: tuple[bool, bool],
-    widest: float = 1.34,
-    spare: float = 0.2,
-) -> Cuts:
-    """Cut a row into parcels.
+class Row:
+    """A row of parcels along a front: what does not change with how large its ends may be.
 
     Parameters
     ----------
     front
-        The side of the block along which the row lies, shape (n, 2), metres.
+        The side of the block along which the row lies.
     ring
         Outline of the row, closed, shape (m, 2).
     rules
         What is asked of parcels.
     corners
         Whether the first and the last parcel lie at the corner of two streets.
-    widest
-        How many times as large as others slanted parcels at the ends may be.
-    spare
-        Slanted end parcels are made so wide that the rectangle around is larger by this share.
     """
-    length = float(np.hypot(*np.diff(front, axis=0).T).sum())
-    place = np.linspace(0.0, length, max(8, int(length / STEP) + 1))
-    # a ray along the very end of the block would lie neither inside nor outside
-    place[[0, -1]] += 0.01, -0.01
-    start, way = along(front, place), normals(front, length, place)
-    depth = depths(start, way, ring)
-    reached = np.flatnonzero(depth > 1.0)
-    cuts = Cuts()
-    if len(reached) < 3:
-        return cuts
-    span = slice(int(reached[0]), int(reached[-1]) + 1)
-    place, start, way, depth = place[span], start[span], way[span], depth[span]
-    profile = profile_of(place, way, depth, rules)
-    extra = overhangs(ring, start, way, profile)
-    # land beyond the end of the street that is large enough is a parcel at the corner itself
-    own = [x.area > ROUND_CORNER * rules.area for x in extra]
-    extra = (Overhang() if own[0] else extra[0], Overhang() if own[1] else extra[1])
-    for k, end in ((0, 0), (1, -1)):
-        if own[k]:
-            cuts.lines.append(
-                np.vstack(
-                    [start[end] - way[end] * PUSH, start[end] + way[end] * (depth[end] + 0.06)]
-                )
+
+    def __init__(
+        self, front: Line, ring: Floats, rules: ParcelRules, corners: tuple[bool, bool]
+    ) -> None:
+        self.front, self.ring, self.rules, self.corners = front, ring, rules, corners
+        self.fixed = Cuts()
+        self.stretches: list[tuple[float, float, tuple[Overhang, Overhang], tuple[bool, bool]]] = []
+        self.places: list[float] = []
+        place = np.linspace(0.0, front.length, max(8, int(front.length / STEP) + 1))
+        # a ray along the very end of the block would lie neither inside nor outside
+        place[0] += 0.01
+        place[-1] -= 0.01
+        start, way = front.at(place), front.normals(place)
+        depth = depths(start, way, ring)
+        reached = (depth > 1.0).nonzero()[0]
+        if len(reached) < 3:
+            return
+        span = slice(int(reached[0]), int(reached[-1]) + 1)
+        self.profile = profile_of(place[span], way[span], depth[span], rules)
+        self.vertices = ring[:-1][turning(ring)]
+        self._divide(start[span], way[span])
+
+    def _divide(self, start: Floats, way: Floats) -> None:
+        """Find the stretches to be shared out, and the cuts and greens that come first."""
+        profile, rules = self.profile, self.rules
+        place, depth = profile.place, profile.depth
+        extra = overhangs(self.ring, start, way, profile)
+        # land beyond the end of the street that is large enough is a parcel at the corner itself
+        own = [x.area > ROUND_CORNER * rules.area for x in extra]
+        extra = (Overhang() if own[0] else extra[0], Overhang() if own[1] else extra[1])
+        for k, end in ((0, 0), (1, -1)):
+            if own[k]:
+                far = start[end] + way[end] * (depth[end] + 0.06)
+                self.fixed.lines.append(np.stack([start[end] - way[end] * PUSH, far]))
+        bounds, wedges = _pointed_ends(profile, extra, rules)
+        for low, high in wedges:
+            self.fixed.greens.append(self._inside((low + high) / 2))
+        breaks, goals = _breaks(profile, bounds, self.ring, start, way, rules)
+        rim = (float(place[0]), float(place[-1]))
+        self.places = [b for b in bounds if rim[0] + 0.5 < b < rim[1] - 0.5]
+        for k, (low, high) in enumerate(zip(breaks, breaks[1:])):
+            ends = (k == 0, k == len(breaks) - 2)
+            more = tuple(
+                x if at and abs(b - edge) < 0.5 else Overhang()
+                for x, at, b, edge in zip(extra, ends, (low, high), rim)
             )
-    bounds, wedges = _pointed_ends(profile, extra, rules)
-    for low, high in wedges:
-        middle = (low + high) / 2
-        cuts.greens.append(_inside(front, length, middle, profile))
-    breaks, goals = _breaks(profile, bounds, ring, start, way, rules)
-    places: list[float] = [b for b in bounds if place[0] + 0.5 < b < place[-1] - 0.5]
-    for k, (low, high) in enumerate(zip(breaks, breaks[1:])):
-        ends = (k == 0, k == len(breaks) - 2)
-        more = tuple(
-            x if at and abs(b - edge) < 0.5 else Overhang()
-            for x, at, b, edge in zip(extra, ends, (low, high), (float(place[0]), float(place[-1])))
-        )
-        places += _places(
-            profile, low, high, (more[0], more[1]), rules, ends, corners, widest, spare
-        )
-        goal = goals[k + 1]
-        if goal is not None:
-            at = np.array([high])
-            foot, square = along(front, at)[0], normals(front, length, at)[0]
-            cuts.lines.append(np.vstack([foot - square * PUSH, goal]))
-        elif not ends[1]:
-            places.append(high)
-    at = np.array(sorted(x for x in places if place[0] + 1.0 < x < place[-1] - 1.0))
-    cuts.lines += _lines(front, length, at, ring)
-    return cuts
+            self.stretches.append((low, high, (more[0], more[1]), ends))
+            goal = goals[k + 1]
+            if goal is not None:
+                at = np.array([high])
+                foot, square = self.front.at(at)[0], self.front.normals(at)[0]
+                self.fixed.lines.append(np.stack([foot - square * PUSH, goal]))
+            elif not ends[1]:
+                self.places.append(high)
+
+    def _inside(self, place: float) -> Floats:
+        at = np.array([place])
+        depth = float(np.interp(place, self.profile.place, self.profile.depth))
+        return np.asarray((self.front.at(at) + self.front.normals(at) * depth / 2)[0])
+
+    def cuts(self, widest: float = 1.34, spare: float = 0.2) -> Cuts:
+        """Cut the row into parcels.
+
+        Parameters
+        ----------
+        widest
+            How many times as large as others slanted parcels at the ends may be.
+        spare
+            Slanted end parcels are made so wide that the rectangle around is larger by this share.
+        """
+        places = list(self.places)
+        for low, high, more, ends in self.stretches:
+            places += _places(
+                self.profile, low, high, more, self.rules, ends, self.corners, widest, spare
+            )
+        lines = list(self.fixed.lines)
+        if places:
+            first, last = self.profile.place[0] + 1.0, self.profile.place[-1] - 1.0
+            at = np.array(sorted(x for x in places if first < x < last))
+            lines += self._lines(at)
+        return Cuts(lines, list(self.fixed.greens))
+
+    def _lines(self, place: Floats) -> list[Floats]:
+        """Return the cuts at some places, square to the street, shape (2, 2) each."""
+        if len(place) == 0:
+            return []
+        start, way = self.front.at(place), self.front.normals(place)
+        depth = depths(start, way, self.ring)
+        end = start + way * depth[:, None]
+        goal = end + way * 0.06
+        if len(self.vertices):
+            gap = self.vertices - end[:, None]
+            square = gap[..., 0] ** 2 + gap[..., 1] ** 2
+            near = square.argmin(axis=1)
+            close = square[np.arange(len(near)), near] < SNAP**2
+            goal[close] = self.vertices[near[close]]
+        return list(np.stack([start - way * PUSH, goal], axis=1)[depth > 1.0])
 
 
 def _pointed_ends(
@@ -135,7 +172,7 @@ def _pointed_ends(
     if not rules.greens:
         return (low, high), []
     wedges = []
-    usual = float(np.median(profile.depth))
+    usual = middle_of(profile.depth)
     bounds = [low, high]
     for k, order in ((0, 1), (1, -1)):
         depth, place = profile.depth[::order], profile.place[::order]
@@ -157,12 +194,6 @@ def _pointed_ends(
     return (bounds[0], bounds[1]), wedges
 
 
-def _inside(front: Floats, length: float, place: float, profile: Profile) -> Floats:
-    at = np.array([place])
-    depth = float(np.interp(place, profile.place, profile.depth))
-    return np.asarray((along(front, at) + normals(front, length, at) * depth / 2)[0])
-
-
 def _breaks(
     profile: Profile,
     bounds: tuple[float, float],
@@ -180,7 +211,7 @@ def _breaks(
     goals
         The vertex of the row where the cut at each place ends; None for the ends of the row.
     """
-    jumps = np.flatnonzero(np.abs(np.diff(profile.depth)) > JUMP * rules.depth)
+    jumps = (np.abs(profile.depth[1:] - profile.depth[:-1]) > JUMP * rules.depth).nonzero()[0]
     places = [bounds[0]]
     goals: list[Floats | None] = [None]
     for j in jumps.tolist():
@@ -212,12 +243,12 @@ def _places(
     spare: float,
 ) -> list[float]:
     """Share out a stretch of a row; return the places of its inner cuts."""
-    from_, to = np.interp([low, high], profile.place, profile.area)
-    total = float(to - from_) + more[0].area + more[1].area
+    from_, to = np.interp([low, high], profile.place, profile.area).tolist()
+    total = to - from_ + more[0].area + more[1].area
     if total <= 0:
         return []
     inside = (profile.place >= low) & (profile.place <= high)
-    usual = float(np.median(profile.depth[inside])) if inside.any() else rules.depth
+    usual = middle_of(profile.depth[inside]) if inside.any() else rules.depth
     shares = [rules.corner_width if e and c else 1.0 for e, c in zip(ends, corners)]
     needs = [0.0, 0.0]
     if rules.remainder == "redistribute":
@@ -229,25 +260,7 @@ def _places(
         areas = whole_parcels(total, shares[0], shares[1], usual, rules)
     else:
         areas = shared(total, count, shares, needs)
-    sums = np.cumsum(areas)[:-1] - more[0].area + from_
-    return [float(x) for x in np.interp(sums, profile.area, profile.place)]
-
-
-def _lines(front: Floats, length: float, place: Floats, ring: Floats) -> list[Floats]:
-    if len(place) == 0:
+    if len(areas) < 2:
         return []
-    start, way = along(front, place), normals(front, length, place)
-    depth = depths(start, way, ring)
-    corners = ring[:-1][turning(ring)]
-    found = []
-    for p, n, d in zip(start, way, depth):
-        if d <= 1.0:
-            continue
-        end = p + n * d
-        goal = end + n * 0.06
-        if len(corners):
-            gap = np.hypot(*(corners - end).T)
-            near = int(np.argmin(gap))
-            goal = corners[near] if gap[near] < SNAP else goal
-        found.append(np.vstack([p - n * PUSH, goal]))
-    return found
+    sums = np.cumsum(areas)[:-1] - more[0].area + from_
+    return list(np.interp(sums, profile.area, profile.place).tolist())

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..rules import ParcelRules
-from .outline import Floats
+from .line import Floats
 from .profile import Overhang, Profile
 
 #: Narrowest and widest parcel, in widths wished for.

@@ -12,7 +12,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from .forces import Forces, Pull
-from .layout import State
+from .layout import Placed
 from .mesh import Flags, Floats, Ints, total
 
 
@@ -23,9 +23,11 @@ class Bands:
     ----------
     forces
         The residuals.
+    like
+        Bands of these or more blocks, whose order of unknowns is taken over.
     """
 
-    def __init__(self, forces: Forces) -> None:
+    def __init__(self, forces: Forces, like: Bands | None = None) -> None:
         self.forces = forces
         layout = forces.layout
         mesh, rails = layout.mesh, layout.rails
@@ -44,7 +46,12 @@ class Bands:
         self.unknown[rails.slider[slide], 0] = number[2 * len(free) :]
         self.block = owner[order]
         self.first = np.searchsorted(self.block, np.arange(len(mesh.sound) + 1))
-        self._order()
+        if like is None:
+            self._order()
+        else:
+            known = self.unknown >= 0
+            old = like.unknown[known]
+            self.unknown[known] = np.searchsorted(np.sort(old), old)
         self._where()
 
     @property
@@ -101,13 +108,12 @@ class Bands:
         block = self.block[unknown]
         return np.asarray(self.offset[block] + (unknown - self.first[block]) * self.width[block])
 
-    def directions(self, state: State) -> Floats:
+    def directions(self, placed: Placed) -> Floats:
         """Give the moves of each vertex by its two unknowns, shape (n, 2, 2)."""
         rails = self.forces.layout.rails
         found = np.zeros((len(self.unknown), 2, 2))
         found[rails.free] = np.eye(2)
-        count = len(rails.slider)
-        found[rails.slider, 0] = rails.point(rails.rail[:count], state.s[:count])[1]
+        found[rails.slider, 0] = placed.way[: len(rails.slider)]
         return found
 
     def assemble(self, pull: Pull, ways: Floats) -> tuple[Floats, Floats]:
@@ -122,14 +128,19 @@ class Bands:
         flat, flat_size, flat_room = by.ravel(), size.ravel(), room.ravel()
         _, _, p, q = self.turns
         _, _, u, v = self.sizes
-        products = np.r_[
-            flat[p] * flat[q], flat_size[u] * flat_size[v] + flat_room[u] * flat_room[v]
-        ]
+        products = np.concatenate(
+            [flat[p] * flat[q], flat_size[u] * flat_size[v] + flat_room[u] * flat_room[v]]
+        )
         bands = total(self.into, products, int(self.offset[-1]))
         value = size * pull.size[forces.face][:, None] + room * pull.room[forces.face][:, None]
-        terms = np.r_[(by * pull.turn[:, None]).ravel(), value.ravel()]
+        terms = np.concatenate([(by * pull.turn[:, None]).ravel(), value.ravel()])
         gradient = total(self.where, terms, self.count + 1)[1:]
         return bands, gradient
+
+    def of_block(self, blocks: Flags) -> tuple[Flags, Flags]:
+        """Which numbers of the bands and of the gradient belong to some blocks."""
+        size = np.diff(self.first)
+        return np.repeat(blocks, size * self.width), np.repeat(blocks, size)
 
     def solve(self, bands: Floats, gradient: Floats, damping: Floats, active: Flags) -> Floats:
         """Solve for the step of each active block, others stay; shape (count,).

@@ -55,7 +55,8 @@ class Best:
     def _drawn(self, state: State, mine: Flags) -> Polygons:
         """Polygons of some plots in a state."""
         outside = np.zeros(len(self.layout.mesh.sound), bool)
-        return self.layout.polygons(state, np.r_[mine, outside], exact=True)
+        faces = np.concatenate([mine, outside])
+        return self.layout.polygons(self.layout.place(state), faces, exact=True)
 
     def offer(self, state: State, blocks: Flags) -> None:
         """Take the plots of those blocks that have a better score in a state.

@@ -10,7 +10,7 @@ import shapely
 from ...progress import Progress
 from .bands import Bands
 from .forces import Forces
-from .layout import Layout, State, parts_of
+from .layout import Layout, Placed, State, parts_of
 from .mesh import Flags, Floats, Ints
 
 #: Longest move of a vertex in one step (metres).
@@ -101,12 +101,21 @@ class Descent:
         What must not be given up.
     moving
         Faces that move, shape (f,); the outlines of others hold still and cannot fold.
+    like
+        See `Bands`.
     """
 
-    def __init__(self, layout: Layout, forces: Forces, limits: Limits, moving: Flags) -> None:
+    def __init__(
+        self,
+        layout: Layout,
+        forces: Forces,
+        limits: Limits,
+        moving: Flags,
+        like: Bands | None = None,
+    ) -> None:
         self.layout, self.limits = layout, limits
         self.forces = forces
-        self.bands = Bands(forces)
+        self.bands = Bands(forces, like)
         self.free = np.flatnonzero(layout.rails.free)
         self.block_of_slider = layout.mesh.block[layout.rails.slider]
         self.moving = moving
@@ -126,11 +135,11 @@ class Descent:
         bands = self.bands
         begin = self.layout.begin()
         state = State(begin.xy.copy(), self.layout.snapped(begin.s))
-        energy = self.forces.energy(state)
+        matrix, gradient, energy = self._assembled(self.layout.place(state))
         damping = np.full(len(energy), DAMPING)
         done = np.zeros(len(energy), int)
         active = active & (np.diff(bands.first) > 0)
-        busy = len(active)
+        busy = active.sum()
         for _ in range(2 * iterations):
             if not active.any() or progress.cancelled():
                 break
@@ -138,15 +147,20 @@ class Descent:
                 busy = active.sum()
                 self._narrow(active)
                 bands = self.bands
-            ways = bands.directions(state)
-            matrix, gradient = bands.assemble(self.forces.pull(state), ways)
-            gradient = gradient + HOME * self._away(state, begin)
-            step = bands.solve(matrix, gradient, damping[bands.block] + HOME, active)
-            trial, sound = self._held(state, self._moved(state, step), active)
-            new = self.forces.energy(trial)
+                matrix, gradient, _ = self._assembled(self.layout.place(state))
+            off = gradient + HOME * self._away(state, begin)
+            step = bands.solve(matrix, off, damping[bands.block] + HOME, active)
+            trial, area, sound = self._held(state, self._moved(state, step), active)
+            pull = self.forces.pull(trial, area)
+            new = self.forces.energy(pull)
             better = active & sound & (new < energy)
             gain = energy - new
-            self._take(state, trial, better)
+            self._take(state, trial.state, better)
+            if better.any():
+                # derivatives are found with the residuals: most steps are good
+                ahead = bands.assemble(pull, bands.directions(trial))
+                for old, fresh, mine in zip((matrix, gradient), ahead, bands.of_block(better)):
+                    old[mine] = fresh[mine]
             done += better
             active &= done < iterations
             active &= ~better | (gain > GAIN * energy)
@@ -155,6 +169,12 @@ class Descent:
             damping = np.where(better, np.maximum(damping * LESS, LEAST), damping * MORE)
         return state
 
+    def _assembled(self, placed: Placed) -> tuple[Floats, Floats, Floats]:
+        """Give the normal equations, see `Bands.assemble`, and the energy of each block."""
+        pull = self.forces.pull(placed, self.forces.areas(placed))
+        matrix, gradient = self.bands.assemble(pull, self.bands.directions(placed))
+        return matrix, gradient, self.forces.energy(pull)
+
     def _narrow(self, active: Flags) -> None:
         """Look at the blocks that are still active only."""
         here = active[self.layout.mesh.block_of_face]
@@ -162,7 +182,7 @@ class Descent:
         self.forces = Forces(
             self.layout, old.parcel & here, self.moving & here, old.target, old.weights
         )
-        self.bands = Bands(self.forces)
+        self.bands = Bands(self.forces, self.bands)
 
     def _away(self, state: State, begin: State) -> Floats:
         """How far the unknowns are from where they came from, shape (count,), metres."""
@@ -177,7 +197,7 @@ class Descent:
     def _moved(self, state: State, step: Floats) -> State:
         """Make a step as far as strides, order and frontage allow."""
         rails, unknown = self.layout.rails, self.bands.unknown
-        step = np.r_[0.0, step]
+        step = np.append(0.0, step)
         move = step[unknown[self.free] + 1]
         long = np.sqrt(move[:, 0] ** 2 + move[:, 1] ** 2)
         xy = state.xy.copy()
@@ -187,37 +207,53 @@ class Descent:
         down[self.limits.behind] = 0.5 * behind
         up[self.limits.before] = 0.5 * ahead
         count = len(rails.slider)
-        slide = np.clip(step[unknown[rails.slider, 0] + 1], -STRIDE, STRIDE)
+        slide = np.minimum(np.maximum(step[unknown[rails.slider, 0] + 1], -STRIDE), STRIDE)
         s = state.s.copy()
-        s[:count] += np.clip(slide, -down[:count], up[:count])
+        s[:count] += np.minimum(np.maximum(slide, -down[:count]), up[:count])
         snapped = self.layout.snapped(s)
         # onto a bend only if that keeps the limits
         inside = (snapped >= state.s - down) & (snapped <= state.s + up)
         return State(xy, np.where(inside, snapped, s))
 
-    def _held(self, state: State, trial: State, active: Flags) -> tuple[State, Flags]:
-        """Hold back plots that would fold or leave their bounds; tell which blocks are sound."""
+    def _held(self, state: State, trial: State, active: Flags) -> tuple[Placed, Floats, Flags]:
+        """Hold back plots that would fold or leave their bounds.
+
+        Returns
+        -------
+        placed
+            The trial.
+        area
+            See `Forces.areas`, shape (f,), m2.
+        sound
+            Blocks where no plot does, shape (b,).
+        """
         mesh, rails = self.layout.mesh, self.layout.rails
         faces = self.moving & active[mesh.block_of_face]
         for _ in range(HOLDS):
-            wrong = self._wrong(trial, faces)
+            placed = self.layout.place(trial)
+            area = self.forces.areas(placed)
+            wrong = self._wrong(placed, area, faces)
             if not wrong.any():
-                return trial, np.ones(len(active), bool)
+                return placed, area, np.ones(len(active), bool)
             still = np.zeros(len(mesh.xy), bool)
             still[mesh.vertex[wrong[mesh.face]]] = True
             trial.xy[still] = state.xy[still]
             back = np.flatnonzero(still[rails.slider])
             trial.s[back] = state.s[back]
+        placed = self.layout.place(trial)
+        area = self.forces.areas(placed)
         sound = np.ones(len(active), bool)
-        sound[mesh.block_of_face[self._wrong(trial, faces)]] = False
-        return trial, sound
+        sound[mesh.block_of_face[self._wrong(placed, area, faces)]] = False
+        return placed, area, sound
 
-    def _wrong(self, trial: State, faces: Flags) -> Flags:
+    def _wrong(self, placed: Placed, area: Floats, faces: Flags) -> Flags:
         """Faces that fold, fall apart or whose area leaves its bounds, shape (f,)."""
-        area = self.forces.areas(trial, self.layout.positions(trial))
         wrong = faces & ((area < self.limits.smallest) | (area > self.limits.largest))
+        faces = faces & (self.forces.doubtful(placed) | (self.limits.parts > 0))
         chosen = np.flatnonzero(faces)
-        drawn = self.layout.polygons(trial, faces, exact=False)
+        if not len(chosen):
+            return wrong
+        drawn = self.layout.polygons(placed, faces, exact=False)
         valid = shapely.is_valid(drawn)
         wrong[chosen[~valid]] = True
         parts = self.limits.parts[chosen]

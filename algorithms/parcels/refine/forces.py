@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .layout import Layout, State
-from .mesh import Flags, Floats, Ints, total
+from .layout import Layout, Placed
+from .mesh import Flags, Floats, Ints, starts, total
 
 #: Vertices at which outlines turn by less than this at first should be straight (degrees).
 BLUNT = 30.0
@@ -20,6 +20,10 @@ AHEAD = 6.0
 #: Parcels are gathered by their number of corners, up to these; those with more have no pull on
 #: their rectangle.
 SIZES = (4, 6, 8, 12)
+#: Fewer parcels than this are gathered with those of the next size: a call costs more than they do.
+FEW = 60
+#: Times a swapped pair of coordinates: a quarter turn to the left.
+SIDEWAYS = np.array([-1.0, 1.0])
 
 
 @dataclass(frozen=True)
@@ -107,64 +111,92 @@ class Forces:
         )
         self.corner = np.ones(len(self.row), bool)
         self._pad(parcel, layout.ring[member])
-        state = layout.begin()
-        _, _, cosine, sine, _, _ = self._angles(state, layout.positions(state))
+        self._reach()
+        _, _, cosine, sine, _, _ = self._angles(layout.place(layout.begin()))
         self.corner = np.degrees(np.arctan2(np.abs(sine), cosine)) < 180.0 - BLUNT
 
     def _pad(self, parcel: Flags, ring: Ints) -> None:
         """Collect the corners of parcels without holes as rows of one array, see `_rectangle`."""
         corners = np.bincount(self.face, minlength=len(parcel))
-        first = np.r_[True, ring[1:] != ring[:-1]] if len(ring) else np.zeros(0, bool)
+        first = starts(ring)
         rings = np.bincount(self.face[first], minlength=len(parcel))
+        #: faces of one ring, and how many corners each has
+        self.simple, self.corners = rings == 1, corners
         #: faces, and their members padded to rows: the last corner is repeated, so that the
         #: edges are those of the outline and some of no length
         self.boxes: list[tuple[Ints, Ints]] = []
-        for least, most in zip((2, *SIZES), SIZES):
-            fit = parcel & (rings == 1) & (corners > least) & (corners <= most)
+        least = 2
+        for most in SIZES:
+            fit = parcel & self.simple & (corners > least) & (corners <= most)
             boxed = np.flatnonzero(fit)
+            if len(boxed) < FEW and most < SIZES[-1]:
+                continue
+            least = most
             step = np.minimum(np.arange(most), corners[boxed][:, None] - 1)
             if len(boxed):
                 self.boxes.append((boxed, np.searchsorted(self.face, boxed)[:, None] + step))
 
-    def _ahead(self, state: State, here: Ints, far: Ints) -> Floats:
-        """Points on rails from stops towards others, at most `AHEAD` m on."""
-        rails = self.layout.rails
-        way = state.s[far] - state.s[here]
-        to = state.s[here] + np.clip(way, -AHEAD, AHEAD)
-        return rails.point(rails.rail[here], to)[0]
-
-    def _angles(
-        self, state: State, xy: Floats
-    ) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
-        """Give unit vectors of both edges at corners of parcels, cosine, sine, 1 / both lengths."""
-        sides, inverse = [], []
+    def _reach(self) -> None:
+        """Find what both edges at corners of parcels reach for, those before first."""
         row, before = self.row, self.before[self.row]
-        for far, edge, here_stop, far_stop in (
-            (self.rows[:, 0], before, self.head, self.tail),
-            (self.rows[:, 2], row, self.tail, self.head),
-        ):
-            to = xy[far]
-            along = np.flatnonzero(self.along[edge])
-            to[along] = self._ahead(state, here_stop[edge[along]], far_stop[edge[along]])
-            side = to - xy[self.rows[:, 1]]
-            one = 1.0 / np.maximum(np.sqrt(side[:, 0] ** 2 + side[:, 1] ** 2), 1e-9)
-            sides.append(side * one[:, None])
-            # directions of rails are taken as fixed
-            one[along] = 0.0
-            inverse.append(one)
-        a, b = sides
+        self.far = np.concatenate([self.rows[:, 0], self.rows[:, 2]])
+        edge = np.concatenate([before, row])
+        #: edges that run along a rail, the stops at the corner and at the other end
+        self.railed = np.flatnonzero(self.along[edge])
+        on = edge[self.railed]
+        first = self.railed < len(row)
+        self.here_stop = np.where(first, self.head[on], self.tail[on])
+        self.far_stop = np.where(first, self.tail[on], self.head[on])
+        rails = self.layout.rails
+        self.rail_here = rails.rail[self.here_stop]
+        self.edges_along = np.flatnonzero(self.along)
+        self.tail_along, self.head_along = self.tail[self.along], self.head[self.along]
+
+    def _angles(self, placed: Placed) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
+        """Give unit vectors of both edges at corners of parcels, cosine, sine, 1 / both lengths."""
+        s, count = placed.state.s, len(self.row)
+        to = placed.xy[self.far]
+        # along rails at most `AHEAD` m on
+        here = s[self.here_stop]
+        way = np.minimum(np.maximum(s[self.far_stop] - here, -AHEAD), AHEAD)
+        to[self.railed] = self.layout.rails.point(self.rail_here, here + way)[0]
+        at = placed.xy[self.rows[:, 1]]
+        to[:count] -= at
+        to[count:] -= at
+        one = 1.0 / np.maximum(np.sqrt(to[:, 0] ** 2 + to[:, 1] ** 2), 1e-9)
+        to *= one[:, None]
+        # directions of rails are taken as fixed
+        one[self.railed] = 0.0
+        a, b = to[:count], to[count:]
         cosine = a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]
         sine = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-        return a, b, cosine, sine, inverse[0], inverse[1]
+        return a, b, cosine, sine, one[:count], one[count:]
 
-    def areas(self, state: State, xy: Floats) -> Floats:
+    def areas(self, placed: Placed) -> Floats:
         """Areas of all faces that move, 0 for others, shape (f,), m2."""
-        p, q = xy[self.vertex], xy[self.vertex[self.after]]
+        p = placed.xy[self.vertex]
+        q = p[self.after]
         swept = 0.5 * (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
-        along, rails = self.along, self.layout.rails
-        until = rails.area(rails.rail, state.s)
-        swept[along] = until[self.head[along]] - until[self.tail[along]]
+        until = placed.until
+        swept[self.edges_along] = until[self.head_along] - until[self.tail_along]
         return total(self.face, swept, len(self.target))
+
+    def doubtful(self, placed: Placed) -> Flags:
+        """Which faces may have folded, shape (f,): those not seen as a whole from their middle.
+
+        An outline without bends that turns once round its middle, always to the left, is simple.
+        """
+        p = placed.xy[self.vertex]
+        count = len(self.target)
+        many = np.maximum(self.corners, 1)
+        x = p[:, 0] - (total(self.face, p[:, 0], count) / many)[self.face]
+        y = p[:, 1] - (total(self.face, p[:, 1], count) / many)[self.face]
+        nx, ny = x[self.after], y[self.after]
+        back = x * ny - y * nx <= 0.0
+        begin, end, _ = self.layout.bends(placed, self.tail_along, self.head_along)
+        back[self.edges_along] |= begin <= end
+        rounds = total(self.face, (y < 0) & (ny >= 0), count)
+        return np.asarray(~self.simple | (rounds != 1) | (total(self.face, back, count) > 0))
 
     def _size_by(self, xy: Floats) -> Floats:
         """Give derivatives of the areas by the vertices, shape (m, 2), metres."""
@@ -191,7 +223,9 @@ class Forces:
         corners = xy[self.vertex[padded]]
         most = padded.shape[1]
         x, y = corners[..., 0], corners[..., 1]
-        ex, ey = np.roll(x, -1, axis=1) - x, np.roll(y, -1, axis=1) - y
+        nxt = np.append(np.arange(1, most), 0)
+        nx, ny = x[:, nxt], y[:, nxt]
+        ex, ey = nx - x, ny - y
         length = np.sqrt(ex**2 + ey**2)
         one = 1.0 / np.maximum(length, 1e-9)
         ex, ey = ex * one, ey * one
@@ -212,29 +246,17 @@ class Forces:
             ],
             axis=1,
         )
-        nx, ny = np.roll(x, -1, axis=1), np.roll(y, -1, axis=1)
-        area = np.zeros(len(best))
-        for k in range(most):
-            area += 0.5 * (x[:, k] * ny[:, k] - y[:, k] * nx[:, k])
+        # one after the other, so that repeated corners change no bit
+        area = (0.5 * (x * ny - y * nx)).cumsum(axis=1)[:, -1]
         sides = np.stack([width[row, best], depth[row, best], np.maximum(area, 1.0)], axis=1)
         return sides[:, 0] * sides[:, 1] / sides[:, 2], hold, sides
 
-    def energy(self, state: State) -> Floats:
+    def energy(self, pull: Pull) -> Floats:
         """Sum of squares by block, shape (b,)."""
-        xy = self.layout.positions(state)
-        _, _, cosine, sine, _, _ = self._angles(state, xy)
-        turn = np.where(self.corner, cosine, sine)
-        size = self._size(self.areas(state, xy))
         block = self.layout.mesh.block_of_face
         blocks = len(self.layout.mesh.sound)
-        found = total(block[self.face[self.row]], turn**2, blocks)
-        found += total(block, size**2, blocks)
-        for boxed, padded in self.boxes:
-            room = self.weights.rectangle * np.maximum(
-                self._rectangle(xy, padded)[0] - self.weights.room, 0.0
-            )
-            found += total(block[boxed], room**2, blocks)
-        return found
+        found = total(block[self.face[self.row]], pull.turn**2, blocks)
+        return found + total(block, pull.size**2 + pull.room**2, blocks)
 
     def _size(self, area: Floats) -> Floats:
         """Weighted relative errors of area, shape (f,)."""
@@ -243,17 +265,24 @@ class Forces:
             wished, self.weights.area * (area / np.where(wished, self.target, 1.0) - 1.0), 0.0
         )
 
-    def pull(self, state: State) -> Pull:
-        """Residuals and derivatives."""
-        xy = self.layout.positions(state)
-        a, b, cosine, sine, by_a, by_b = self._angles(state, xy)
+    def pull(self, placed: Placed, area: Floats) -> Pull:
+        """Residuals and derivatives.
+
+        Parameters
+        ----------
+        placed
+            Where things are.
+        area
+            See `areas`.
+        """
+        xy = placed.xy
+        a, b, cosine, sine, by_a, by_b = self._angles(placed)
         corner = self.corner[:, None]
-        turned_b = np.stack([b[:, 1], -b[:, 0]], axis=1)
-        turned_a = np.stack([-a[:, 1], a[:, 0]], axis=1)
+        turned_b = b[:, ::-1] * -SIDEWAYS
+        turned_a = a[:, ::-1] * SIDEWAYS
         c, s = cosine[:, None], sine[:, None]
         first = np.where(corner, b - c * a, turned_b - s * a) * by_a[:, None]
         last = np.where(corner, a - c * b, turned_a - s * b) * by_b[:, None]
-        area = self.areas(state, xy)
         wished = np.where(self.target > 0, self.weights.area / np.maximum(self.target, 1e-9), 0.0)
         area_by = self._size_by(xy)
         room, room_by = np.zeros(len(self.target)), np.zeros((len(self.vertex), 2))
@@ -283,21 +312,21 @@ class Forces:
         edge = corner[:, 1] - corner[:, 0]
         one = 1.0 / np.maximum(np.sqrt(edge[:, 0] ** 2 + edge[:, 1] ** 2), 1e-9)
         way = edge * one[:, None]
-        side = np.stack([-way[:, 1], way[:, 0]], axis=1)
+        side = way[:, ::-1] * SIDEWAYS
         # turning the edge turns the rectangle
         wide, deep = corner[:, 3] - corner[:, 2], corner[:, 5] - corner[:, 4]
         turn = (
             (wide[:, 0] * side[:, 0] + wide[:, 1] * side[:, 1]) * depth
             - (deep[:, 0] * way[:, 0] + deep[:, 1] * way[:, 1]) * width
         ) * one
-        grow = [-turn[:, None] * side, turn[:, None] * side]
-        grow += [-way * depth[:, None], way * depth[:, None]]
-        grow += [-side * width[:, None], side * width[:, None]]
-        scale = self.weights.rectangle / area
-        for k in range(6):
-            value = grow[k] * scale[:, None]
-            for axis in range(2):
-                by[:, axis] += total(member[:, k], value[:, axis], len(by))
+        scale = (self.weights.rectangle / area)[:, None]
+        grow = [side * (turn[:, None] * scale), way * (depth[:, None] * scale)]
+        grow.append(side * (width[:, None] * scale))
+        begin, end = member[:, 0::2].T.ravel(), member[:, 1::2].T.ravel()
+        value = np.concatenate(grow)
+        for axis in range(2):
+            by[:, axis] += total(end, value[:, axis], len(by))
+            by[:, axis] -= total(begin, value[:, axis], len(by))
         factor = np.zeros(len(self.target))
         factor[boxed[tight]] = self.weights.rectangle * ratio[tight] / area
         by -= area_by * factor[self.face][:, None]

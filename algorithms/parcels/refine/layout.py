@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from .mesh import Flags, Floats, Ints, Mesh, following
+from .mesh import Flags, Floats, Ints, Mesh, following, starts
 from .rails import Rails
 
 #: Cut ends nearer than this to a bend of their rail are put onto it (metres).
@@ -33,6 +33,31 @@ class State:
 
     xy: Floats
     s: Floats
+
+
+@dataclass(frozen=True)
+class Placed:
+    """What follows from a state, found once.
+
+    Attributes
+    ----------
+    state
+        The state, not to be changed from now on.
+    xy
+        Positions of all vertices from the middle of their block, shape (n, 2), metres.
+    segment
+        Bend before each stop, shape (s + 2 r,).
+    way
+        Unit direction of the rail at each stop, shape (s + 2 r, 2).
+    until
+        Area swept along the rail up to each stop, shape (s + 2 r,), m2.
+    """
+
+    state: State
+    xy: Floats
+    segment: Ints
+    way: Floats
+    until: Floats
 
 
 @dataclass(frozen=True)
@@ -95,12 +120,13 @@ class Layout:
         begin = self.begin()
         return State(0.5 * (begin.xy + state.xy), 0.5 * (begin.s + state.s))
 
-    def positions(self, state: State) -> Floats:
-        """Give the positions of all vertices, shape (n, 2), metres from the middle of the block."""
+    def place(self, state: State) -> Placed:
+        """Find where everything is in a state."""
+        rails = self.rails
+        point, way, k = rails.point(rails.rail, state.s)
         xy = state.xy.copy()
-        count = len(self.rails.slider)
-        xy[self.rails.slider] = self.rails.point(self.rails.rail[:count], state.s[:count])[0]
-        return xy
+        xy[rails.slider] = point[: len(rails.slider)]
+        return Placed(state, xy, k, way, rails.area(point, k))
 
     def snapped(self, s: Floats) -> Floats:
         """Put stops that almost are at a bend of their rail onto it."""
@@ -110,12 +136,36 @@ class Layout:
             s = np.where(np.abs(s - at) < SNAP, at, s)
         return s
 
-    def outlines(self, state: State, faces: Flags, *, exact: bool) -> tuple[Floats, Ints, Ints]:
+    def bends(self, placed: Placed, tail: Ints, head: Ints) -> tuple[Ints, Ints, Flags]:
+        """Find the bends of rails between stops.
+
+        Parameters
+        ----------
+        placed
+            Where things are.
+        tail, head
+            Stops on the same rails, shape (k,).
+
+        Returns
+        -------
+        begin, end
+            First and last bend from the one nearer to the begin of the rail, the last before the
+            first if there is none, shape (k,).
+        ahead
+            Whether the tail is that one, shape (k,).
+        """
+        s, segment = placed.state.s, placed.segment
+        ahead = s[tail] < s[head]
+        low, high = np.where(ahead, tail, head), np.where(ahead, head, tail)
+        end = segment[high]
+        return segment[low] + 1, np.asarray(end - (self.rails.at[end] >= s[high])), ahead
+
+    def outlines(self, placed: Placed, faces: Flags, *, exact: bool) -> tuple[Floats, Ints, Ints]:
         """Coordinates of the rings of faces, with the bends of rails.
 
         Parameters
         ----------
-        state
+        placed
             Where things are.
         faces
             Which faces, shape (f,).
@@ -133,25 +183,21 @@ class Layout:
             Face of each ring, the exterior before the holes, shape (rings,).
         """
         chosen = np.flatnonzero(faces[self.face])
-        rail, tail, head = self.rail[chosen], self.tail[chosen], self.head[chosen]
-        along = rail >= 0
-        ends = np.stack([state.s[tail[along]], state.s[head[along]]])
-        low, high = ends.min(axis=0), ends.max(axis=0)
-        begin = self.rails.segment(rail[along], low) + 1
-        end = self.rails.segment(rail[along], high)
-        end = end - (self.rails.at[end] >= high)
+        along = self.rail[chosen] >= 0
+        on = chosen[along]
+        begin, end, ahead = self.bends(placed, self.tail[on], self.head[on])
         bends = np.zeros(len(chosen), int)
         bends[along] = np.maximum(end - begin + 1, 0)
         # a corner, then the bends up to the next
         place = np.repeat(np.arange(len(chosen)), bends + 1)
         step = np.arange(len(place)) - (np.cumsum(bends + 1) - bends - 1)[place]
         one = np.ones(len(chosen), int)
-        one[along] = np.where(ends[0] < ends[1], 1, -1)
+        one[along] = np.where(ahead, 1, -1)
         from_bend = np.zeros(len(chosen), int)
-        from_bend[along] = np.where(ends[0] < ends[1], begin, end)
+        from_bend[along] = np.where(ahead, begin, end)
         at_corner = step == 0
         bend = np.where(at_corner, 0, (from_bend - one)[place] + one[place] * step)
-        corners = self.exact(state) if exact else self.positions(state)
+        corners = self.exact(placed) if exact else placed.xy
         curve = self.mesh.xy[self.rails.bend] if exact else self.rails.xy
         xy = np.where(
             at_corner[:, None],
@@ -159,39 +205,42 @@ class Layout:
             curve[bend] if len(curve) else 0.0,
         )
         ring = self.ring[chosen][place]
-        first = np.flatnonzero(np.r_[True, ring[1:] != ring[:-1]]) if len(ring) else ring
-        last = np.r_[first[1:], len(ring)]
-        number = np.repeat(np.arange(len(first)), last - first)
-        xy = np.insert(xy, last, xy[first], axis=0)
-        number = np.insert(number, last, np.arange(len(first)))
-        return xy, number, self.face[chosen][place][first]
+        begins = starts(ring)
+        first = np.flatnonzero(begins)
+        number = np.cumsum(begins) - 1
+        # room for one more at the end of each ring, which closes it
+        to = np.arange(len(ring)) + number
+        whole, rings = np.empty((len(ring) + len(first), 2)), np.zeros(len(ring) + len(first), int)
+        whole[to], rings[to] = xy, number
+        close = np.append(to[first[1:]], len(whole)) - 1
+        whole[close], rings[close] = xy[first], np.arange(len(first))
+        return whole, rings, self.face[chosen][place][first]
 
-    def exact(self, state: State) -> Floats:
+    def exact(self, placed: Placed) -> Floats:
         """Coordinates of all vertices as plots have them, shape (n, 2), metres."""
-        mesh, rails = self.mesh, self.rails
-        moved = self.positions(state)
-        xy = moved + mesh.origin[mesh.block]
+        mesh, rails, state = self.mesh, self.rails, placed.state
+        xy = placed.xy + mesh.origin[mesh.block]
         count = len(rails.slider)
         still = (state.xy == mesh.local).all(axis=1)
         still[rails.slider] = state.s[:count] == rails.start[:count]
         xy[still] = mesh.xy[still]
-        k = rails.segment(rails.rail[:count], state.s[:count])
+        k = placed.segment[:count]
         for bend in (k, k + 1):
             on = rails.at[bend] == state.s[:count]
             xy[rails.slider[on]] = mesh.xy[rails.bend[bend[on]]]
         return xy
 
-    def polygons(self, state: State, faces: Flags, *, exact: bool) -> npt.NDArray[Any]:
+    def polygons(self, placed: Placed, faces: Flags, *, exact: bool) -> npt.NDArray[Any]:
         """Polygons of the faces that are chosen, in their order.
 
         Parameters
         ----------
-        state, faces, exact
+        placed, faces, exact
             See `outlines`.
         """
         if not faces[self.face].any():
             return np.zeros(0, dtype=object)
-        xy, number, face = self.outlines(state, faces, exact=exact)
+        xy, number, face = self.outlines(placed, faces, exact=exact)
         rings = shapely.linearrings(xy, indices=number)
         return _with_holes(rings, face)
 
@@ -214,7 +263,9 @@ def parts_of(polygons: npt.NDArray[Any], chosen: Flags) -> Ints:
 
 def _with_holes(rings: npt.NDArray[Any], face: Ints) -> npt.NDArray[Any]:
     """Polygons of rings, the first of each face is its exterior."""
-    first = np.r_[True, face[1:] != face[:-1]]
+    first = starts(face)
+    if first.all():
+        return np.asarray(shapely.polygons(rings))
     found = shapely.polygons(rings[first])
     for one in np.unique(face[~first]).tolist():
         mine = np.flatnonzero(face == one)

@@ -89,13 +89,20 @@ def total(index: Ints, values: Any, count: int) -> Floats:
     return np.asarray(np.bincount(index, values, minlength=count), dtype=np.float64)
 
 
+def starts(ring: Ints) -> Flags:
+    """Which of some numbers are not those before them, shape (p,)."""
+    found = np.ones(len(ring), bool)
+    found[1:] = ring[1:] != ring[:-1]
+    return found
+
+
 def following(ring: Ints) -> Ints:
     """Place that follows each place in its ring, the rings being contiguous, shape (p,)."""
     after = np.arange(1, len(ring) + 1)
     if len(ring):
-        first = np.flatnonzero(np.r_[True, ring[1:] != ring[:-1]])
-        last = np.r_[first[1:], len(ring)] - 1
-        after[last] = first
+        first = np.flatnonzero(starts(ring))
+        after[first[1:] - 1] = first[:-1]
+        after[-1] = first[-1]
     return after
 
 
@@ -160,7 +167,7 @@ def _collect(
 ) -> tuple[Floats, _Places]:
     """Coordinates of all rings without the closing ones, faces on their left."""
     rings, polygon = shapely.get_rings(polygons, return_index=True)
-    first = np.r_[True, polygon[1:] != polygon[:-1]] if len(polygon) else np.zeros(0, bool)
+    first = starts(polygon)
     xy, ring = shapely.get_coordinates(rings, return_index=True)
     closing = np.r_[ring[1:] != ring[:-1], True] if len(ring) else np.zeros(0, bool)
     xy, ring = xy[~closing], ring[~closing]
@@ -196,7 +203,7 @@ def _merge(
     graph = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(rows), len(rows)))
     group = connected_components(graph, directed=False)[1]
     order = np.lexsort((np.arange(len(rows)), ~own, group))
-    best = order[np.r_[True, group[order][1:] != group[order][:-1]]]
+    best = order[starts(group[order])]
     kept = np.unique(best)
     number = np.full(len(rows), -1)
     number[kept] = np.arange(len(kept))

@@ -31,6 +31,12 @@ class Rails:
         Their coordinates from the middle of the block, shape (k, 2), metres.
     at
         Their distance from the begin of the rail, shape (k,), metres.
+    way
+        Unit direction of the rail after each bend, that of the last of a rail is not used,
+        shape (k, 2).
+    shift, key
+        What to add to places on each rail so that they grow over all of them, shape (r,), and `at`
+        with it, shape (k,), metres.
     swept
         Area swept from the middle of the block along the rail up to there, shape (k,), m2.
     slider
@@ -52,6 +58,9 @@ class Rails:
     bend: Ints
     xy: Floats
     at: Floats
+    way: Floats
+    shift: Floats
+    key: Floats
     swept: Floats
     slider: Ints
     rail: Ints
@@ -64,26 +73,22 @@ class Rails:
 
     def segment(self, rail: Ints, s: Floats) -> Ints:
         """Bend at or before which the places `s` are on their rails, shape like `s`."""
-        found = self.first[rail]
-        bent = np.flatnonzero(self.first[rail + 1] - found > 2)
-        low, high, s = found[bent], self.first[rail[bent] + 1] - 1, s[bent]
-        while np.any(high - low > 1):
-            middle = (low + high) // 2
-            beyond = self.at[middle] <= s
-            low, high = np.where(beyond, middle, low), np.where(beyond, high, middle)
-        found[bent] = low
-        return found
+        low, high = self.first[rail], self.first[rail + 1] - 2
+        found = self.key.searchsorted(s + self.shift[rail], side="right") - 1
+        found = np.minimum(np.maximum(found, low), high)
+        # the shift may have rounded a place across a bend
+        found -= (self.at[found] > s) & (found > low)
+        found += (self.at[found + 1] <= s) & (found < high)
+        return np.asarray(found)
 
     def point(self, rail: Ints, s: Floats) -> tuple[Floats, Floats, Ints]:
         """Points at places on rails, the unit direction of the rail there, and the segment."""
         k = self.segment(rail, s)
-        edge = self.xy[k + 1] - self.xy[k]
-        way = edge / (self.at[k + 1] - self.at[k])[:, None]
+        way = self.way[k]
         return self.xy[k] + (s - self.at[k])[:, None] * way, way, k
 
-    def area(self, rail: Ints, s: Floats) -> Floats:
-        """Area swept from the middle of the block along the rail up to the places, m2."""
-        point, _, k = self.point(rail, s)
+    def area(self, point: Floats, k: Ints) -> Floats:
+        """Area swept from the middle of the block along the rail up to points on segments, m2."""
         base = self.xy[k]
         return self.swept[k] + 0.5 * (base[:, 0] * point[:, 1] - base[:, 1] * point[:, 0])
 
@@ -169,7 +174,7 @@ def _assemble(
 ) -> Rails:
     """Put the rails that were found into arrays."""
     inner = ~np.isin(np.arange(len(mesh.xy)), mesh.vertex[_outside(mesh, held)])
-    first, bends, at, swept = [0], [], [], []
+    first, bends, at, way, swept = [0], [], [], [], []
     sliders: list[int] = []
     rail: list[int] = []
     start: list[float] = []
@@ -179,11 +184,15 @@ def _assemble(
         xy = mesh.local[ids]
         keep = _bends(xy, slide[ids], mesh.own[ids], bool(inner[ids[1]]))
         line = xy[keep]
-        steps = np.hypot(*np.diff(line, axis=0).T)
-        along = np.r_[0.0, np.cumsum(steps)]
+        edge = line[1:] - line[:-1]
+        steps = np.sqrt(edge[:, 0] ** 2 + edge[:, 1] ** 2)
+        along, area = np.zeros(len(line)), np.zeros(len(line))
+        steps.cumsum(out=along[1:])
         cross = 0.5 * (line[:-1, 0] * line[1:, 1] - line[:-1, 1] * line[1:, 0])
-        before = np.cumsum(keep) - 1
-        for i in np.flatnonzero(slide[ids]).tolist():
+        cross.cumsum(out=area[1:])
+        ahead = edge / np.maximum(along[1:] - along[:-1], 1e-12)[:, None]
+        before = (np.cumsum(keep) - 1).tolist()
+        for i in slide[ids].nonzero()[0].tolist():
             k = before[i]
             stop_of[path[i]] = len(sliders)
             sliders.append(path[i])
@@ -191,14 +200,15 @@ def _assemble(
             if keep[i]:
                 start.append(float(along[k]))
             else:
-                ahead = (line[k + 1] - line[k]) / steps[k]
                 off = xy[i] - line[k]
-                start.append(float(along[k] + off[0] * ahead[0] + off[1] * ahead[1]))
+                start.append(float(along[k] + off[0] * ahead[k, 0] + off[1] * ahead[k, 1]))
         first.append(first[-1] + len(line))
         bends.append(ids[keep])
         at.append(along)
-        swept.append(np.r_[0.0, np.cumsum(cross)])
+        way += [ahead, ahead[-1:]]
+        swept.append(area)
     count, ends = len(paths.path), np.array([a[-1] for a in at])
+    shift = np.append(0.0, np.cumsum(ends + 1.0))[:-1]
     bend = np.concatenate([np.zeros(0, int), *bends])
     tail, head, rail_of_place = _stops(mesh, paths, stop_of, drop)
     return Rails(
@@ -206,6 +216,9 @@ def _assemble(
         bend,
         mesh.local[bend],
         np.concatenate([np.zeros(0), *at]),
+        np.concatenate([np.zeros((0, 2)), *way]),
+        shift,
+        np.concatenate([np.zeros(0), *(a + b for a, b in zip(at, shift))]),
         np.concatenate([np.zeros(0), *swept]),
         np.array(sliders, dtype=int),
         np.r_[np.array(rail, dtype=int), np.arange(count), np.arange(count)],

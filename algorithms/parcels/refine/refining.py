@@ -25,6 +25,8 @@ HELD = ("court", "lane", "street")
 CHUNK = 1000
 #: Blocks that have undesirable parcels after the first attempt get another, from their start again.
 ATTEMPTS = (Weights(), Weights(area=1.5, room=1.02))
+#: Blocks with a better score than this stay as they are: nobody sees 0.1 degrees.
+GOOD = 0.1
 #: Plots may not become smaller or larger than this, times the area that they came with or that
 #: is common in their block.
 SHRINK, GROW = 0.7, 1.4
@@ -36,7 +38,7 @@ def refine_blocks(
     rules: ParcelRules,
     progress: Progress = Silent(),  # noqa: B008
     *,
-    iterations: int = 15,
+    iterations: int = 10,
 ) -> list[list[Plot]]:
     """Make the parcels of blocks squarer and of more even size.
 
@@ -124,10 +126,13 @@ def _refine(
     green = np.isin(use, ["green"])
     best = Best(layout, plots, parcel[: len(flat)], green)
     limits = replace(limits, parts=np.r_[best.parts, np.zeros(len(blocks), int)])
-    todo = mesh.sound
+    todo, order = mesh.sound & (best.score > GOOD), None
     for weights in ATTEMPTS:
-        forces = Forces(layout, parcel, ~held, target, weights)
-        state = Descent(layout, forces, limits, ~held).run(iterations, todo, progress)
+        here = todo[mesh.block_of_face]
+        forces = Forces(layout, parcel & here, ~held & here, target, weights)
+        descent = Descent(layout, forces, limits, ~held & here, order)
+        order = order or descent.bands
+        state = descent.run(iterations, todo, progress)
         best.offer(state, todo)
         best.offer(layout.midway(state), todo)
         todo = best.awkward()
