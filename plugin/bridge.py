@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime
 import math
 from collections.abc import Mapping, Sequence
@@ -13,6 +14,7 @@ from qgis.core import (
     QgsFeature,
     QgsFeatureRequest,
     QgsFeatureSink,
+    QgsField,
     QgsFields,
     QgsGeometry,
     QgsProcessingFeatureSource,
@@ -186,6 +188,8 @@ def attributes(
 ) -> dict[int, list[Any]]:
     """Return attributes of all features as they are in their layer, by their ids.
 
+    Features that the layer does not have get those of `frame` that fit the fields.
+
     Parameters
     ----------
     source
@@ -206,8 +210,26 @@ def attributes(
         decimal = field.type() == compat.FIELD_TYPES["number"]
         if name.lower() in renewed and decimal and name in frame.columns:
             for label, value in zip(frame.index, _cast(frame[name].tolist(), "number")):
-                found[label][at] = value
+                if label in found:
+                    found[label][at] = value
+    for label in frame.index:
+        if label not in found:
+            found[label] = [_fitting(source.fields().at(at), frame, label) for at in places]
     return found
+
+
+def _fitting(field: QgsField, frame: geopandas.GeoDataFrame, label: int) -> Any:
+    """Return the value of a feature for a field, None where there is none that fits."""
+    value = frame.at[label, field.name()] if field.name() in frame.columns else None
+    if value is None or value != value:
+        return None
+    if hasattr(value, "item"):
+        value = value.item()
+    # QGIS says in different ways that a value does not fit
+    with contextlib.suppress(ValueError):
+        fits = field.convertCompatible(value)
+        return value if isinstance(fits, bool) and not isinstance(value, bool) else fits
+    return None
 
 
 _CASTS = {"integer": int, "number": float, "text": str, "yes/no": bool}

@@ -43,6 +43,8 @@ class LayerKind:
         its features may have several parts. Empty for none.
     renewed
         Number fields of that layer, where it has them, whose values the tool tells anew.
+    on_request
+        Whether the layer is made only where the planner asks for it.
     """
 
     key: str
@@ -52,6 +54,7 @@ class LayerKind:
     style: str
     like: str = ""
     renewed: tuple[str, ...] = ()
+    on_request: bool = False
 
     @property
     def wkb(self) -> Any:

@@ -40,6 +40,7 @@ _SOURCES = {
 _SINKS = {
     "Point": compat.SOURCE_POINT,
     "LineString": compat.SOURCE_LINE,
+    "MultiLineString": compat.SOURCE_LINE,
     "Polygon": compat.SOURCE_POLYGON,
     "MultiPolygon": compat.SOURCE_POLYGON,
     "NoGeometry": compat.SOURCE_TABLE,
@@ -179,8 +180,11 @@ def extent(
 def sink(
     key: str, kind: LayerKind, help_text: str, *, optional: bool = True
 ) -> QgsProcessingParameterDefinition:
-    """Declare an output layer; optional ones are made unless they are switched off."""
+    """Declare an output layer; optional ones are made unless they are switched off.
+
+    Those of a kind that is made on request are switched off at first.
+    """
     definition = QgsProcessingParameterFeatureSink(
-        key, kind.title, _SINKS[kind.geometry], None, optional, True
+        key, kind.title, _SINKS[kind.geometry], None, optional, not kind.on_request
     )
     return _finish(definition, help_text, advanced=False)

@@ -133,3 +133,62 @@ VARIATIONS = LayerKind(
     ),
     "",
 )
+_CHANGE = Field("change", "text", "kept, new, merged, or use (which was assigned)")
+REDONE_PARCELS = LayerKind(
+    "parcels",
+    "Parcels",
+    "Polygon",
+    (
+        Field("land_use", "text", "what it is, as before; of new ones parcel, green, court, lane"),
+        Field("note", "text", "why it is what it is, where that is worth telling"),
+        _CHANGE,
+    ),
+    "parcels",
+    like="INPUT",
+)
+REDONE_STREETS = LayerKind(
+    "streets", "Streets", "LineString", (_CHANGE,), "streets", like="INPUT_STREETS"
+)
+IMPROVED_PARCELS = LayerKind(
+    "parcels", "Improved parcels", "Polygon", PARCELS.fields, "parcels", like="INPUT_PARCELS"
+)
+IMPROVED_STREETS = LayerKind(
+    "streets",
+    "Improved streets",
+    "LineString",
+    (Field("moved_m", "number", "furthest that a bend or end of it has moved, in metres"),),
+    "smoothed",
+    like="INPUT_STREETS",
+    renewed=("length_m",),
+)
+_SITE = Field("site_id", "integer", "number of the site, from 1")
+CROSS_FIELD = LayerKind(
+    "cross_field",
+    "Cross field",
+    "MultiLineString",
+    (
+        _SITE,
+        Field("angle_deg", "number", "direction of one arm, degrees clockwise from north, 0 to 90"),
+        Field("boundary", "yes/no", "whether the cross lies on the edge"),
+    ),
+    "cross_field",
+    on_request=True,
+)
+CANDIDATES = LayerKind(
+    "candidates",
+    "Candidate streets",
+    "LineString",
+    (
+        _SITE,
+        Field("rank", "integer", "1 for the best; 0 where it cannot be a street"),
+        Field("quality", "number", "sum of all scores with their weights, smaller is better"),
+        Field("div", "number", "score of even distances"),
+        Field("db", "number", "score of whole rows of parcels on both sides"),
+        Field("ds", "number", "score of the distance from irregular points"),
+        Field("ct", "number", "score of continuity with streets that arrive"),
+        Field("length_m", "number", "length in metres"),
+        Field("reason", "text", "why it cannot be a street, empty where it can"),
+    ),
+    "candidates",
+    on_request=True,
+)

@@ -12,7 +12,7 @@ from qgis.core import (
     QgsVectorLayer,
 )
 
-from .symbols import GREY, by_value, fill
+from .symbols import GREY, by_value, fill, line
 
 #: From good to bad.
 BLUE_RED = ("#2b5c9e", "#6b9bc9", "#c4d8e6", "#f3c9ae", "#dd7f62", "#b5302a")
@@ -95,10 +95,27 @@ def _land_use() -> QgsFeatureRenderer:
     return by_value("land_use", [(use, text, fill(shade, GREY, 0.15)) for use, text, shade in uses])
 
 
+def _candidates() -> QgsFeatureRenderer:
+    """Streets that a site might be split along, the best ones on top of the others."""
+    ranges = [
+        QgsRendererRange(low, high, line(colour, width), label)
+        for low, high, colour, width, label in (
+            (-0.5, 0.5, "#d8d2c6", 0.2, "cannot be a street"),
+            (0.5, 1.5, BLUE_RED[0], 1.4, "the best"),
+            (1.5, 5.5, BLUE_RED[1], 0.9, "rank 2 to 5"),
+            (5.5, 20.5, BLUE_RED[2], 0.6, "rank 6 to 20"),
+            (20.5, 1e9, BLUE_RED[3], 0.3, "further ones"),
+        )
+    ]
+    return QgsGraduatedSymbolRenderer("rank", ranges)
+
+
 PARCEL_RENDERERS: dict[str, Callable[[], QgsFeatureRenderer]] = {
     "parcel_quality": _quality,
     "parcels": _land_use,
     "parcel_blocks": lambda: QgsSingleSymbolRenderer(fill("243,227,191,0", "#4a443b", 0.5)),
+    "cross_field": lambda: QgsSingleSymbolRenderer(line(GREY, 0.2)),
+    "candidates": _candidates,
     "street_space": lambda: QgsSingleSymbolRenderer(fill("#e6e2da", "#c9c4b8", 0.1)),
 }
 PARCEL_TITLES = {"parcel_quality": "Quality", "parcels": "Land use"}

@@ -26,6 +26,7 @@ from .fields import LayerKind
 from .record import Record
 from .renderers import LABELS, OTHERS, RENDERERS, TITLES
 from .solids import solid_renderer
+from .variations import by_variation
 
 #: Begins the description of a style of ours in a database.
 OURS = "Platwright: "
@@ -46,7 +47,7 @@ def apply(layer: QgsVectorLayer, kind: LayerKind) -> None:
     """Give a layer the style of its kind."""
     if not kind.style:
         return  # a table
-    layer.setRenderer(RENDERERS[kind.style]())
+    layer.setRenderer(by_variation(RENDERERS[kind.style](), layer))
     if kind.style == "blocks":
         layer.setOpacity(0.8)
     if kind.style in LABELS:
@@ -65,7 +66,7 @@ def offer_others(layer: QgsVectorLayer, kind: LayerKind) -> None:
     manager = layer.styleManager()
     shown = layer.renderer().clone()
     for title, make in OTHERS.get(kind.style, {}).items():
-        layer.setRenderer(make(layer))
+        layer.setRenderer(by_variation(make(layer), layer))
         style = QgsMapLayerStyle()
         style.readFromLayer(layer)
         manager.addStyle(title, style)
@@ -135,7 +136,7 @@ def save(source: str, kind: LayerKind, own: OwnStyle | None = None) -> None:
 
 def _save_in_geopackage(layer: QgsVectorLayer, kind: LayerKind, own: OwnStyle | None) -> None:
     for title, make in OTHERS.get(kind.style, {}).items():
-        layer.setRenderer(make(layer))
+        layer.setRenderer(by_variation(make(layer), layer))
         layer.saveStyleToDatabase(f"{kind.style}, {title}", f"{OURS}{title}", False, "")
     apply(layer, kind)
     layer.setCustomProperty(_MARK, kind.style)

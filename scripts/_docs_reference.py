@@ -31,6 +31,7 @@ MARKS = {
 SHAPES = {
     "Point": "points",
     "LineString": "lines",
+    "MultiLineString": "lines of one or more parts",
     "Polygon": "polygons",
     "MultiPolygon": "polygons of one or more parts",
 }

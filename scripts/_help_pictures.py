@@ -11,23 +11,25 @@ import functools
 import io
 import sys
 from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import geopandas as gpd
 import matplotlib.pyplot as plt
+import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from PIL import Image
 from platwright.measure import validate_network
 from platwright.mesh import mesh_layers
 from platwright.network.specification import Specification
-from platwright.osm import boundaries, osm_layers
 from platwright.parcels.blocks import blocks_from_streets
 from platwright.parcels.fill import fill_blocks
 from platwright.parcels.layers import parcel_layers
 from platwright.parcels.rules import ParcelRules
-from platwright.site import prepare_sites, site_layers
+from platwright.parcels.split import SplitRules, lay_out_sites
+from platwright.parcels.split import site_layers as layout_layers
+from platwright.parcels.split.improved import Given, improve_layout
+from platwright.parcels.split.redo import Around, Asked, covered, redo_parcels
+from platwright.site import site_layers
 from platwright.streets import (
     Smoothing,
     arriving_streets,
@@ -36,61 +38,36 @@ from platwright.streets import (
     site_mesh,
     smooth_streets,
 )
+from shapely.geometry import LineString, box
 
-ROOT = Path(__file__).resolve().parents[1]
-SAMPLE = ROOT / "data" / "helsinki" / "helsinki_yard.gpkg"
-#: The part of the sample that is shown: west, south, east, north in EPSG:3067.
-WINDOW = (385628.0, 6672430.0, 385938.0, 6673000.0)
-#: The land of the pictures about OpenStreetMap, in a CRS in metres, and the part that is shown.
-EXTRACT = ROOT / "data" / "osm" / "monaco.osm.pbf"
-PLACE = "Monte-Carlo"
-UTM = "EPSG:32632"
-#: Size on paper in inches and dots per inch.
-WIDTH, HEIGHT, DPI = 7.2, 7.4, 100
-#: Width in the help panel (pixels): what fits in one that was not made wider.
-PANEL = 216
-#: Lines are this much wider than they would be on a map, to be seen when small.
-BOLD = 1.7
-LARGE_FOLDER, SMALL_FOLDER = ROOT / "docs" / "images" / "tools", ROOT / "plugin" / "pictures"
-#: No picture is larger (bytes), so that the plugin stays small.
-MOST = 60_000
-PAPER, INK, GREY, GREEN, TEAL = "#fbfaf7", "#4a443b", "#a39d93", "#6f9440", "#2f6f73"
-LEVELS = {2: ("#c8442c", 3.6), 3: ("#e58a3a", 2.2)}
-WIDTHS = ((40, "#f6d7c8"), (60, "#f5ecd2"), (80, "#dfe8c9"), (110, "#c2dbc6"), (1e9, "#a6c8cc"))
-SEVERITY = {"error": ("X", "#c00000"), "warning": ("^", "#f0a000"), "info": ("o", "#4f7fb5")}
-
-
-@functools.cache
-def given(name: str) -> gpd.GeoDataFrame:
-    """Read a layer of the sample."""
-    return gpd.read_file(SAMPLE, layer=name)
-
-
-@functools.cache
-def prepared() -> Any:
-    """Prepare the site."""
-    return prepare_sites(given("site"), given("streets"), given("obstacles"), snap_distance=60.0)
-
-
-@functools.cache
-def designed() -> dict[str, Any]:
-    """Design its streets."""
-    specification = Specification(time_limit=20.0)
-    return plan_layers(design_streets(prepared().sites, specification))
-
-
-@functools.cache
-def places() -> gpd.GeoDataFrame:
-    """Look the place up in the extract."""
-    return boundaries(PLACE, source=EXTRACT).to_crs(UTM)
-
-
-@functools.cache
-def mapped() -> dict[str, gpd.GeoDataFrame]:
-    """Read the layers around the place from the extract."""
-    polygon = places().to_crs("EPSG:4326").geometry.iloc[0]
-    layers = osm_layers(polygon, source=EXTRACT)
-    return {name: frame.to_crs(UTM) for name, frame in layers.items()}
+from _help_drawing import (
+    DPI,
+    GREEN,
+    GREY,
+    HEIGHT,
+    INK,
+    LARGE_FOLDER,
+    LEVELS,
+    MOST,
+    PANEL,
+    PAPER,
+    PLACE,
+    SEVERITY,
+    SMALL_FOLDER,
+    TEAL,
+    WIDTH,
+    WIDTHS,
+    WINDOW,
+    designed,
+    given,
+    ground,
+    mapped,
+    places,
+    prepared,
+    raw,
+    show,
+    streets,
+)
 
 
 def window(name: str) -> tuple[float, float, float, float]:
@@ -102,39 +79,6 @@ def window(name: str) -> tuple[float, float, float, float]:
     wide = high * (WINDOW[2] - WINDOW[0]) / (WINDOW[3] - WINDOW[1])
     x, y = (west + east) / 2, (south + north) / 2
     return (x - wide / 2, y - high / 2, x + wide / 2, y + high / 2)
-
-
-def show(ax: Axes, frame: gpd.GeoDataFrame, **style: Any) -> None:
-    """Draw a layer; nothing where it is empty."""
-    for name in ("linewidth", "lw"):
-        if name in style:
-            style[name] *= BOLD
-    if "markersize" in style:
-        style["markersize"] *= 2 * BOLD
-    if len(frame):
-        frame.plot(ax=ax, **style)
-
-
-def raw(ax: Axes) -> None:
-    """Draw the layers as they come."""
-    show(ax, given("site"), facecolor="#eee9dc", edgecolor=INK, linewidth=1.2, zorder=1)
-    buildings = given("obstacles")
-    show(ax, buildings, facecolor="#9b3a2f33", edgecolor="#9b3a2f", hatch="////", lw=0.6, zorder=2)
-    show(ax, given("streets"), color=GREY, linewidth=1.4, zorder=3)
-
-
-def ground(ax: Axes) -> None:
-    """Draw the prepared site, pale."""
-    show(ax, given("streets"), color="#ddd8ce", linewidth=1.2, zorder=0)
-    show(ax, site_layers(prepared())["site"], facecolor="#f5f1e8", edgecolor=GREEN, lw=1.4)
-
-
-def streets(ax: Axes, frame: gpd.GeoDataFrame) -> None:
-    """Draw streets by level, existing ones grey."""
-    show(ax, frame[frame["status"] == "existing"], color=GREY, linewidth=2.2, zorder=3)
-    for level, (colour, width) in sorted(LEVELS.items(), reverse=True):
-        own = frame[(frame["status"] != "existing") & (frame["level"] == level)]
-        show(ax, own, color=colour, linewidth=width, zorder=4, capstyle="round")
 
 
 def preparesite(left: Axes, right: Axes) -> tuple[str, str]:
@@ -237,13 +181,90 @@ def parcelblocks(left: Axes, right: Axes) -> tuple[str, str]:
     )
     ground(left)
     streets(left, made["streets"])
-    show(right, given("streets"), color="#ddd8ce", linewidth=1.2, zorder=0)
     show(right, layers["street_space"], color="#e6e2da", zorder=1)
-    parcels = layers["parcels"]
+    by_use(right, layers["parcels"])
+    return "streets", "parcels"
+
+
+def by_use(ax: Axes, parcels: gpd.GeoDataFrame) -> None:
+    """Draw parcels by what they are."""
+    show(ax, given("streets"), color="#ddd8ce", linewidth=1.2, zorder=0)
     for use, colour in USES.items():
         own = parcels[parcels["land_use"] == use]
-        show(right, own, facecolor=colour, edgecolor="#8c867c", linewidth=0.6, zorder=2)
-    return "streets", "parcels"
+        show(ax, own, facecolor=colour, edgecolor="#8c867c", linewidth=0.6, zorder=2)
+
+
+@functools.cache
+def laid_out() -> dict[str, gpd.GeoDataFrame]:
+    """Lay out streets and parcels of the site together."""
+    sites = prepared().sites
+    return layout_layers(
+        lay_out_sites(sites, ParcelRules(), SplitRules()), sites[0].source_crs, turning=9.0
+    )
+
+
+def splitsite(left: Axes, right: Axes) -> tuple[str, str]:
+    """Draw the layers as they come, and streets and parcels."""
+    raw(left)
+    by_use(right, laid_out()["parcels"])
+    streets(right, laid_out()["streets"])
+    return "site, roads", "streets, parcels"
+
+
+def resplitlayout(left: Axes, right: Axes) -> tuple[str, str]:
+    """Draw a layout with what is chosen, and the same with that made anew."""
+    made = laid_out()
+    blocks = made["parcel_blocks"]
+    low, high = WINDOW[1] + 200, WINDOW[3] - 110
+    whole = blocks[blocks.geometry.centroid.y.between(low, high)]
+    chosen = covered(made["parcels"], whole)
+    asked = Asked("streets", ParcelRules(width=14.0), SplitRules(), seed=2)
+    after = redo_parcels(made["parcels"], chosen, asked, Around(streets=made["streets"]))
+    for ax, parcels, lines in (
+        (left, made["parcels"], made["streets"]), (right, after.parcels, after.streets)
+    ):  # fmt: skip
+        by_use(ax, parcels)
+        streets(ax, lines)
+    gone = made["parcels"].loc[chosen]
+    new = after.parcels[after.parcels["change"] == "new"]
+    for ax, own in ((left, gone), (right, new)):
+        show(ax, own, facecolor="#c8442c33", edgecolor="#c8442c", linewidth=0.8, zorder=3)
+    return "chosen", "made anew"
+
+
+def optimiselayout(left: Axes, right: Axes) -> tuple[str, str]:
+    """Draw streets as a planner might draw them, with their parcels, and the same improved."""
+    west, south, east, _ = WINDOW
+    lines = [
+        LineString(
+            [(west, south + y), ((west + east) / 2, south + y + bow), (east, south + y + rise)]
+        )
+        for y, bow, rise in DRAWN
+    ]
+    own = gpd.GeoDataFrame(
+        {"level": 3, "status": "new", "width_m": 15.0}, geometry=lines, crs=given("site").crs,
+        index=range(len(lines)),
+    )  # fmt: skip
+    land = gpd.GeoDataFrame(
+        geometry=given("site").clip(box(west, south + 40, east, south + 555)).geometry
+    )
+    own = own.clip(land).explode(ignore_index=True)
+    blocks = blocks_from_streets(land, own, edge="open")
+    plots = blocks.with_thin(fill_blocks(blocks.blocks, ParcelRules()).plots)
+    before = parcel_layers(blocks.all_blocks, plots, blocks.all_places, blocks.source_crs)
+    after = improve_layout(Given(own, None, land, edge="open"), ParcelRules())
+    pairs = ((left, before["parcels"], own), (right, after.parcels, after.streets))
+    for ax, parcels, lines in pairs:
+        by_use(ax, parcels[parcels["land_use"] != "parcel"])
+        lots = parcels[parcels["land_use"] == "parcel"]
+        bad = np.maximum(
+            lots["p_angle"].astype(float) / 15, (lots["p_area"].astype(float) - 1) / 0.2
+        )
+        for low, high, colour in QUALITY:
+            some = lots[(bad >= low) & (bad < high)]
+            show(ax, some, facecolor=colour, edgecolor="white", linewidth=0.4, zorder=2)
+        streets(ax, lines)
+    return "before", "improved"
 
 
 def osmboundary(left: Axes, right: Axes) -> tuple[str, str]:
@@ -282,6 +303,15 @@ def osmlayers(left: Axes, right: Axes) -> tuple[str, str]:
 
 
 LOCAL = 3
+#: Streets drawn by hand from side to side: height above the lower edge of the picture, how much
+#: higher they are in the middle, and in the east (metres).
+DRAWN = (
+    (105, 6, -4), (185, -5, 3), (252, 4, 9), (332, -3, -8), (398, 8, 4), (470, 0, 12),
+)  # fmt: skip
+QUALITY = (
+    (0, 0.25, "#2b5c9e"), (0.25, 0.5, "#6b9bc9"), (0.5, 0.75, "#c4d8e6"), (0.75, 1, "#f3c9ae"),
+    (1, 2, "#dd7f62"), (2, 1e9, "#b5302a"),
+)  # fmt: skip
 USES = {"parcel": "#f3e3bf", "green": "#b3d195", "court": "#cfe2b4", "lane": "#ddd8ce"}
 PICTURES: dict[str, Callable[[Axes, Axes], tuple[str, str]]] = {
     "osmboundary": osmboundary,
@@ -290,7 +320,10 @@ PICTURES: dict[str, Callable[[Axes, Axes], tuple[str, str]]] = {
     "candidatemesh": candidatemesh,
     "designstreets": designstreets,
     "smoothstreets": smoothstreets,
+    "splitsite": splitsite,
     "parcelblocks": parcelblocks,
+    "optimiselayout": optimiselayout,
+    "resplitlayout": resplitlayout,
     "validatenetwork": validatenetwork,
 }
 

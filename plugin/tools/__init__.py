@@ -8,10 +8,12 @@ from .installdependencies import InstallDependencies
 from .measuredesign import MeasureDesign
 from .measurelanduse import MeasureLandUse
 from .measureparcels import MeasureParcels
+from .optimiselayout import OptimiseLayout
 from .osmboundary import OsmBoundary
 from .osmlayers import OsmLayers
 from .parcelblocks import ParcelBlocks
 from .preparesite import PrepareSite
+from .resplitlayout import ResplitLayout
 from .smoothstreets import SmoothStreets
 from .splitsite import SplitSite
 from .validatenetwork import ValidateNetwork
@@ -25,6 +27,8 @@ TOOLS = (
     SmoothStreets,
     SplitSite,
     ParcelBlocks,
+    OptimiseLayout,
+    ResplitLayout,
     ValidateNetwork,
     MeasureDesign,
     MeasureParcels,

@@ -203,8 +203,13 @@ def street_widths() -> Iterator[QgsProcessingParameterDefinition]:
         )
 
 
-def rules_of(request: Request) -> Any:
+def rules_of(
+    request: Request, *, size: tuple[float, float] | None = None, narrow: float | None = None
+) -> Any:
     """Return the `ParcelRules` that all parameters together ask for.
+
+    `size` stands for the width and depth; the least frontage is then at most the share `narrow`
+    of the width.
 
     Raises
     ------
@@ -213,10 +218,12 @@ def rules_of(request: Request) -> Any:
     """
     from ...algorithms.parcels.rules import ParcelRules
 
+    width, depth = size or (request.number("PARCEL_WIDTH"), request.number("PARCEL_DEPTH"))
+    frontage = request.number("MIN_FRONTAGE")
     return ParcelRules(
-        width=request.number("PARCEL_WIDTH"),
-        depth=request.number("PARCEL_DEPTH"),
-        min_frontage=request.number("MIN_FRONTAGE"),
+        width=width,
+        depth=depth,
+        min_frontage=frontage if narrow is None else min(frontage, narrow * width),
         min_area=request.optional_number("MIN_AREA"),
         max_area=request.optional_number("MAX_AREA"),
         corner_width=request.number("CORNER_WIDTH"),

@@ -31,8 +31,8 @@ def key_elements() -> QgsProcessingParameterDefinition:
     )
 
 
-def sizes() -> Iterator[QgsProcessingParameterDefinition]:
-    """Yield the size of parcels and the width of streets."""
+def sizes(*, wide: bool = True) -> Iterator[QgsProcessingParameterDefinition]:
+    """Yield the size of parcels and the width of streets, which may be behind Advanced."""
     yield parameters.number(
         "PARCEL_WIDTH",
         "Parcel width",
@@ -59,6 +59,7 @@ def sizes() -> Iterator[QgsProcessingParameterDefinition]:
         default=15.0,
         minimum=1.0,
         maximum=200.0,
+        advanced=not wide,
     )
 
 
@@ -102,7 +103,7 @@ def streets() -> Iterator[QgsProcessingParameterDefinition]:
         "Longest block",
         "Blocks that are longer get a street across where both its ends find a street.",
         unit="m",
-        default=230.0,
+        default=260.0,
         minimum=20.0,
         maximum=5000.0,
         advanced=True,
@@ -123,22 +124,32 @@ def streets() -> Iterator[QgsProcessingParameterDefinition]:
         optional=True,
         advanced=True,
     )
+    yield from _weights()
+    yield from _effort()
+
+
+def _weights() -> Iterator[QgsProcessingParameterDefinition]:
+    """Yield how much the scores of streets count."""
     for key, text, what in (
-        ("WEIGHT_DIVERGENCE", "even distances", "streets that keep their distance"),
-        ("WEIGHT_ROWS", "whole rows", "room for whole rows of parcels on both sides"),
-        ("WEIGHT_SINGULARITIES", "irregular points", "streets through the places where the field "
+        ("WEIGHT_DIVERGENCE", "even distances", "it counts that streets keep their distance"),
+        ("WEIGHT_ROWS", "whole rows", "it counts that whole rows of parcels fit on both sides"),
+        ("WEIGHT_SINGULARITIES", "irregular points", "it counts that streets run where the field "
          "is irregular"),
-        ("WEIGHT_CONTINUITY", "continuity", "streets that go on where others arrive"),
+        ("WEIGHT_CONTINUITY", "continuity", "it counts that streets go on where others arrive"),
     ):  # fmt: skip
         yield parameters.number(
             key,
             f"Weight of {text}",
-            f"How much {what} count.",
+            f"How much {what}.",
             default=1.0,
             minimum=0.0,
             maximum=100.0,
             advanced=True,
         )
+
+
+def _effort() -> Iterator[QgsProcessingParameterDefinition]:
+    """Yield how long better streets are looked for, and how blind ends turn."""
     yield parameters.number(
         "EFFORT",
         "Second thoughts",
@@ -202,7 +213,7 @@ def split_of(request: Request) -> Any:
             ds=request.number("WEIGHT_SINGULARITIES"),
             ct=request.number("WEIGHT_CONTINUITY"),
         ),
-        templates=templateinputs.templates_of(request),
+        templates=templateinputs.templates_of(request) if request.declares("TEMPLATES") else None,
         tries=request.integer("EFFORT"),
         turning_radius=request.number("TURNING_RADIUS"),
     )

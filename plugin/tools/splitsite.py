@@ -42,7 +42,11 @@ class SplitSite(Tool):
             "counts as a street. Key areas (lakes, parks, schools) and main streets are fixed "
             "first; parcels back on to lakes and parks, and a street runs around schools.",
             "All variations are ranked by one score; as many as you keep are in the layers, the "
-            "field variation tells them apart, and the table of variations compares them.",
+            "field variation tells them apart, and the table of variations compares them. Where "
+            "there are several, the best is shown and the others wait for a tick in the list of "
+            "layers.",
+            "To see why streets lie where they lie, ask for the cross field and the candidate "
+            "streets: they show what the first split of each site had to choose from.",
         ),
         picture="A site laid out: streets, parcels, and green where no parcel suits.",
         references=("UP",),
@@ -53,6 +57,8 @@ class SplitSite(Tool):
         "BLOCKS": parcel_fields.LAYOUT_BLOCKS,
         "PROBLEMS": fields.PROBLEMS,
         "VARIATION_TABLE": parcel_fields.VARIATIONS,
+        "CROSS_FIELD": parcel_fields.CROSS_FIELD,
+        "CANDIDATES": parcel_fields.CANDIDATES,
     }
     numbers: ClassVar = {
         "PARCEL_COUNT": "Parcels of the best variation",
@@ -114,7 +120,7 @@ class SplitSite(Tool):
         source = prepared.sites[0].source_crs
         found = site_layers(kept, source, turning=split.turning_radius)
         table = site_layers(done, source)["variations"] if made > 1 else found["variations"]
-        best = found["variations"].iloc[0]
+        found |= self._why(request, done, rules, split, elements, progress.part(0.97, 1.0))
         return Result(
             crs=request.crs("INPUT"),
             layers={
@@ -123,16 +129,11 @@ class SplitSite(Tool):
                 "BLOCKS": found["parcel_blocks"],
                 "PROBLEMS": _joined(prepared.problems, found["problems"]),
                 "VARIATION_TABLE": table,
+                "CROSS_FIELD": found.get("cross_field"),
+                "CANDIDATES": found.get("candidates"),
             },
             numbers={
-                "PARCEL_COUNT": int(best["parcels"]),
-                "MEAN_P_ANGLE": float(best["p_angle"]),
-                "MEAN_P_AREA": float(best["p_area"]),
-                "UNDESIRABLE": float(best["undesirable_pct"]),
-                "GREEN": float(best["green_pct"]),
-                "STREET_SHARE": float(best["street_pct"]),
-                "STREET_LENGTH": float(best["street_m"]),
-                "SCORE": float(best["score"]),
+                **_figures(found["variations"].iloc[0]),
                 "MADE": made,
                 "SECONDS": time.monotonic() - begun,
             },
@@ -145,6 +146,23 @@ class SplitSite(Tool):
             ),
             keep=True,
         )
+
+    def _why(
+        self,
+        request: Request,
+        done: Any,
+        rules: Any,
+        split: Any,
+        elements: Any,
+        progress: FeedbackProgress,
+    ) -> dict[str, Any]:
+        """Return field and candidates of the first splits, if the planner asks for them."""
+        from ...algorithms.parcels.split import first_splits
+
+        if not (request.has("CROSS_FIELD") or request.has("CANDIDATES")):
+            return {}
+        source = done[0].site.source_crs
+        return dict(first_splits(done, rules, split, source, elements=elements, progress=progress))
 
     def _elements(
         self, request: Request, split: Any, progress: FeedbackProgress
@@ -168,6 +186,20 @@ class SplitSite(Tool):
             )  # fmt: skip
 
         return of_site
+
+
+def _figures(best: Any) -> dict[str, float]:
+    """Return the numbers of a row of the table of variations."""
+    return {
+        "PARCEL_COUNT": int(best["parcels"]),
+        "MEAN_P_ANGLE": float(best["p_angle"]),
+        "MEAN_P_AREA": float(best["p_area"]),
+        "UNDESIRABLE": float(best["undesirable_pct"]),
+        "GREEN": float(best["green_pct"]),
+        "STREET_SHARE": float(best["street_pct"]),
+        "STREET_LENGTH": float(best["street_m"]),
+        "SCORE": float(best["score"]),
+    }
 
 
 def _joined(*layers: Any) -> Any:

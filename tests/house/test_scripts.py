@@ -14,7 +14,7 @@ from house import ROOT
 
 COMMANDS = [
     "setup", "demo", "test", "benchmark", "package", "docs", "tutorial", "qgis-debian13",
-    "make_sample", "make_project", "make_models", "make_osm_extract", "figures",
+    "make_sample", "make_project", "make_models", "make_osm_extract", "figures", "gallery",
 ]  # fmt: skip
 #: Files that git would take, however it is asked: text only.
 TEXT = {

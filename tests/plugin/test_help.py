@@ -16,7 +16,7 @@ MOST = 60_000
 #: Tools that make something that can be drawn.
 DRAWN = {
     "osmboundary", "osmlayers", "preparesite", "candidatemesh", "designstreets", "smoothstreets",
-    "validatenetwork", "parcelblocks",
+    "validatenetwork", "parcelblocks", "splitsite", "optimiselayout", "resplitlayout",
 }  # fmt: skip
 #: Grounds of QGIS's light and dark themes.
 GROUNDS = ("#ffffff", "#efefef", "#323232", "#2b2b2b")
@@ -72,6 +72,7 @@ def test_every_length_area_and_speed_has_a_unit(tools, package):
     # What has none is a pure number, or has its unit in a field of its own.
     assert {name for name, unit in units.items() if not unit} <= {
         "scaled_jacobian", "levels", "p_area", "p_ideal", "bin_from", "bin_to",
+        "score", "quality", "div", "db", "ds", "ct",
     }  # fmt: skip
 
 

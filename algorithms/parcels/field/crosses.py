@@ -94,12 +94,15 @@ class CrossField:
 def default_size(area: float) -> float:
     """Length of the edges of triangles that suits a region, metres.
 
+    1/20 of its width, 5 to 16 m; regions of square kilometres need no more than 1/100.
+
     Parameters
     ----------
     area
         Of the region, square metres.
     """
-    return float(np.clip(math.sqrt(max(area, 0.0)) / 20.0, 5.0, 16.0))
+    wide = math.sqrt(max(area, 0.0))
+    return float(np.clip(wide / 20.0, 5.0, max(16.0, wide / 100.0)))
 
 
 def cross_field(
@@ -128,7 +131,7 @@ def cross_field(
     kind
         See `FieldKind`.
     size
-        Length of the edges of triangles, metres; None: about 1/20 of the region's width.
+        Length of the edges of triangles, metres; None: `default_size`.
     guides
         Lines that the field should follow, metres. Used by every kind, needed for `guided`.
     pull

@@ -86,6 +86,7 @@ def streamlines(
     seed: int = 0,
     first: Floats | None = None,
     step: float | None = None,
+    longest: float = math.inf,
 ) -> Streamlines:
     """Trace lines of a field from boundary to boundary.
 
@@ -106,6 +107,8 @@ def streamlines(
         Points to be traced before all others, shape (k, 2), metres.
     step
         Of the tracing, metres; None: the size of the triangles, 8 to 12 m.
+    longest
+        Lines that are longer from their seed to one end need not be found, metres.
 
     Returns
     -------
@@ -130,7 +133,8 @@ def streamlines(
     order = np.concatenate([np.arange(2 * len(own)), order])
     order = order[ok[order // 2]][: batch + 2 * len(own)]
     at, way = at[order // 2], np.where(order % 2, 1j, 1.0) * way[order // 2]
-    most = int(2.0 * np.hypot(*np.ptp(mesh.outline.start, axis=0)) / step) + 4
+    wide = float(np.hypot(*np.ptp(mesh.outline.start, axis=0)))
+    most = int(min(2.0 * wide, longest) / step) + 4
     return _finish(field, _thin(_lines(field, at, way, step, most), at, way, near))
 
 

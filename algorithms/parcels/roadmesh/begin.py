@@ -16,6 +16,8 @@ from .mesh import MeshEdge, StreetMesh
 
 #: An edge whose middle is this near to a line lies on it (metres).
 ON_LINE = 0.05
+#: Lines whose distances differ by less are equally near (metres).
+EQUAL = 1e-6
 #: Site edges this near to the centre line of the street along them are that centre line (metres).
 ON_CENTRE = 2.0
 #: Ends of given streets are drawn on to what lies ahead within this (metres).
@@ -180,10 +182,13 @@ def _tell_edges(mesh: StreetMesh, ground: Ground, cut: Sequence[shapely.Geometry
     keys = list(mesh.edges)
     ends = mesh.xy[np.array(keys, dtype=int)]
     middles = shapely.points(ends.mean(axis=1))
-    street = np.full(len(keys), -1)
+    street, nearest = np.full(len(keys), -1), np.full(len(keys), ON_LINE)
     for k, line in enumerate(cut):
         if line.length > 0:
-            street[(street < 0) & (shapely.distance(middles, line) < ON_LINE)] = k
+            off = shapely.distance(middles, line)
+            # two that meet at a point are both near there; the first of two that coincide
+            nearer = off < nearest - EQUAL * (street >= 0)
+            street[nearer], nearest[nearer] = k, off[nearer]
     fronts = _near(middles, ground.frontage, ON_LINE)
     centred = fronts & _near(middles, ground.centre_lines, ON_CENTRE)
     for at, (a, b) in enumerate(keys):

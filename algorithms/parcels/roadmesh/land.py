@@ -23,7 +23,9 @@ ON_LINE = 0.02
 SCRAP = 1.0
 
 
-def region_land(mesh: StreetMesh, region: int, turning: float = 0.0) -> list[Polygon]:
+def region_land(
+    mesh: StreetMesh, region: int, turning: float = 0.0, blind: Sequence[int] | None = None
+) -> list[Polygon]:
     """Land of a region without the street space in it, as polygons.
 
     Parameters
@@ -32,6 +34,8 @@ def region_land(mesh: StreetMesh, region: int, turning: float = 0.0) -> list[Pol
         The mesh and the number of the region.
     turning
         Radius of the turning circle where a street ends at an edge without a street, metres.
+    blind
+        The vertices at which streets end so (`dead_ends`) where they are known; None to look.
     """
     polygon = mesh.polygon(region)
     space = [
@@ -42,7 +46,7 @@ def region_land(mesh: StreetMesh, region: int, turning: float = 0.0) -> list[Pol
         here = {v for ring in mesh.regions[region].rings for v in ring}
         space += [
             shapely.Point(turning_place(mesh, v, turning)).buffer(turning)
-            for v in dead_ends(mesh)
+            for v in (dead_ends(mesh) if blind is None else blind)
             if v in here
         ]
     land = shapely.difference(polygon, shapely.union_all(space)) if space else polygon
@@ -51,11 +55,7 @@ def region_land(mesh: StreetMesh, region: int, turning: float = 0.0) -> list[Pol
 
 def turning_place(mesh: StreetMesh, v: int, radius: float) -> npt.NDArray[np.float64]:
     """Centre of the turning circle of a street that ends at vertex v, shape (2,), metres."""
-    (before,) = (
-        b if a == v else a
-        for (a, b), edge in mesh.edges.items()
-        if v in (a, b) and edge.street >= 0
-    )
+    (before,) = (w for w in mesh.neighbours(v) if mesh.edge(v, w).street >= 0)
     way = mesh.xy[before] - mesh.xy[v]
     return np.asarray(mesh.xy[v] + way / (np.hypot(*way) or 1.0) * radius)
 
@@ -76,10 +76,11 @@ def region_blocks(
     """
     found: dict[int, list[Block]] = {}
     number = 0
+    blind = dead_ends(mesh) if turning > 0 else []
     for region in sorted(mesh.regions) if regions is None else regions:
         closed = closed_edges(mesh, region)
         found[region] = []
-        for part in region_land(mesh, region, turning):
+        for part in region_land(mesh, region, turning, blind):
             number += 1
             found[region].append(Block(part, lying_on(part, closed), number))
     return found

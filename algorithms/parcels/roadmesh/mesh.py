@@ -68,7 +68,8 @@ class StreetMesh:
     regions
         The regions by number.
     edges
-        What the edges are, by their vertices, the lower number first.
+        What the edges are, by their vertices, the lower number first; changed by `set_edge` and
+        `drop_edge` alone.
     parents
         From which region each was split, also of regions that are no more.
     labels
@@ -82,6 +83,7 @@ class StreetMesh:
         self.parents: dict[int, int] = {}
         self.labels: dict[int, str] = {}
         self._left: dict[tuple[int, int], int] = {}
+        self._around: dict[int, tuple[int, ...]] = {}
         self._next = 1
 
     def copy(self) -> StreetMesh:
@@ -93,6 +95,7 @@ class StreetMesh:
         other.parents = dict(self.parents)
         other.labels = dict(self.labels)
         other._left = dict(self._left)
+        other._around = dict(self._around)
         other._next = self._next
         return other
 
@@ -105,6 +108,10 @@ class StreetMesh:
     def left_of(self, a: int, b: int) -> int | None:
         """Return the region to the left of a half-edge, or None."""
         return self._left.get((a, b))
+
+    def neighbours(self, v: int) -> tuple[int, ...]:
+        """Return the vertices with an edge to v."""
+        return self._around.get(v, ())
 
     def polygon(self, region: int) -> Polygon:
         """Return the outline of a region, metres."""
@@ -140,7 +147,18 @@ class StreetMesh:
 
     def set_edge(self, a: int, b: int, edge: MeshEdge) -> None:
         """Say what the edge between two vertices is."""
-        self.edges[(a, b) if a < b else (b, a)] = edge
+        key = (a, b) if a < b else (b, a)
+        if key not in self.edges:
+            self._around[a] = (*self._around.get(a, ()), b)
+            self._around[b] = (*self._around.get(b, ()), a)
+        self.edges[key] = edge
+
+    def drop_edge(self, a: int, b: int) -> MeshEdge:
+        """Forget the edge between two vertices, and return what it was."""
+        edge = self.edges.pop((a, b) if a < b else (b, a))
+        for v, other in ((a, b), (b, a)):
+            self._around[v] = tuple(w for w in self._around[v] if w != other)
+        return edge
 
     def insert(self, a: int, b: int, xy: tuple[float, float]) -> int:
         """Put a vertex on an edge, in the regions on both sides, and return its number.
@@ -153,7 +171,7 @@ class StreetMesh:
             Place, metres; on the edge, else the regions change.
         """
         (v,) = self.add_vertices([xy])
-        edge = self.edges.pop((a, b) if a < b else (b, a))
+        edge = self.drop_edge(a, b)
         self.set_edge(a, v, edge)
         self.set_edge(v, b, edge)
         for start, end in ((a, b), (b, a)):
@@ -248,8 +266,8 @@ class StreetMesh:
             raise ValueError(msg)
         for a, b in halves:
             del self._left[(a, b)]
-            if (b, a) in every:
-                self.edges.pop((a, b) if a < b else (b, a), None)
+            if a < b and (b, a) in every:
+                self.drop_edge(a, b)
         for number in parts:
             del self.regions[number]
             self.labels.pop(number, None)

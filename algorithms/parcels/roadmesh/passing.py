@@ -12,7 +12,7 @@ def next_along(mesh: StreetMesh, v: int, b: int) -> int | None:
 
     None if b is itself a junction, or if another kind of edge begins there.
     """
-    beside = [w for w in _neighbours(mesh, b) if w != v]
+    beside = [w for w in mesh.neighbours(b) if w != v]
     if len(beside) != 1 or mesh.edge(b, beside[0]) != mesh.edge(v, b):
         return None
     return beside[0]
@@ -43,7 +43,7 @@ def pass_by(mesh: StreetMesh, v: int, b: int, far: float) -> bool:
     """
     c = next_along(mesh, v, b)
     edge = mesh.edge(v, b)
-    along = [w for w in _neighbours(mesh, v) if w != b and mesh.edge(w, v) == edge]
+    along = [w for w in mesh.neighbours(v) if w != b and mesh.edge(w, v) == edge]
     if c is None or len(along) != 1 or along[0] == c:
         return False
     a = along[0]
@@ -60,18 +60,13 @@ def pass_by(mesh: StreetMesh, v: int, b: int, far: float) -> bool:
         return False
     _apply(mesh, changes)
     for one, other in ((a, v), (v, b), (b, c)):
-        del mesh.edges[(min(one, other), max(one, other))]
+        mesh.drop_edge(one, other)
     for one, other in ((a, b), (b, v), (v, c)):
         mesh.set_edge(one, other, edge)
     way = mesh.xy[c] - mesh.xy[b]
     length = float(np.hypot(*way))
     mesh.xy[v] = mesh.xy[b] + way * min(far / length, 0.5)
     return True
-
-
-def _neighbours(mesh: StreetMesh, v: int) -> list[int]:
-    """Vertices with an edge to v."""
-    return [b if a == v else a for a, b in mesh.edges if v in (a, b)]
 
 
 def _region_with(mesh: StreetMesh, row: Ring) -> tuple[int, int, int] | None:

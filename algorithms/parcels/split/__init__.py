@@ -7,6 +7,7 @@ from .rules import SplitRules
 from .site_layers import SiteLayouts, site_layers
 from .sites import Elements, lay_out_sites
 from .variations import vary
+from .why import first_splits
 
 __all__ = [
     "Elements",
@@ -15,6 +16,7 @@ __all__ = [
     "Score",
     "SiteLayouts",
     "SplitRules",
+    "first_splits",
     "lay_out",
     "lay_out_sites",
     "read_key_areas",

@@ -12,7 +12,7 @@ from .search import Splitter
 
 #: Only regions of up to so many parts are put together.
 MOST_PARTS = 6
-#: What land for one parcel costs where parcels are good (see `cells.cost_of`).
+#: What land for one parcel costs where parcels are good (see `cells.costs_of`).
 FAIR = 5.0
 #: Regions that cost no more than this above it are left alone, and less is no gain.
 WORTH, LEAST_GAIN = 15.0, 1.0
@@ -61,6 +61,7 @@ class Backtracker:
             How many regions are better now.
         """
         better = in_vain = 0
+        self._excess: dict[int, float] = {}
         tried: dict[Family, int] = {}
         for at in range(tries):
             if progress.cancelled():
@@ -82,15 +83,19 @@ class Backtracker:
         best: tuple[float, Family] | None = None
         for family in self.mesh.families(MOST_PARTS):
             parts = family[1]
-            excess = sum(self.cells[part].cost - self._fair(part) for part in parts)
+            excess = sum(self._lacks(part) for part in parts)
             gain = excess / (1 + tried.get(family, 0)) ** 2 / len(parts) ** 0.5
             if excess > WORTH and (best is None or gain > best[0]):
                 best = (gain, family)
         return None if best is None else best[1]
 
-    def _fair(self, region: int) -> float:
-        """Return what a region of this size costs where its parcels are good."""
-        return FAIR * float(self.mesh.polygon(region).area) / self.splitter.rules.area
+    def _lacks(self, region: int) -> float:
+        """Return by how much a region costs more than where parcels are good; numbers last."""
+        if region not in self._excess:
+            area = float(self.mesh.polygon(region).area)
+            fair = FAIR * area / self.splitter.rules.area
+            self._excess[region] = self.cells[region].cost - fair
+        return self._excess[region]
 
     def _again(self, family: Family, seed: int) -> bool:
         """Split a region otherwise; tell whether that is better."""

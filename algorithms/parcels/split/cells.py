@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 from shapely.geometry import LineString
 
 from ...measure.parcel_shape import corner_deviation, rectangle_ratio, undesirable
@@ -36,7 +37,7 @@ class Cell:
     problems
         What a planner should know of them.
     cost
-        See `cost_of`.
+        See `costs_of`.
     streets
         Centre lines of the streets of a template, metres.
     """
@@ -88,16 +89,17 @@ def fill_regions(
         problems.setdefault(problem.block_id, []).append(problem)
     rows = iter(filled.plots)
     by_template = _of_templates(drawn, by_region, rules, refine=refine)
+    plots = {
+        region: [by_template[region]] if region in drawn else [next(rows) for _ in own]
+        for region, own in by_region.items()
+    }
+    areas = [float(mesh.polygon(region).area) for region in plots]
     found = {}
-    for region, own in by_region.items():
-        inner: Sequence[LineString] = ()
-        if region in drawn:
-            plots, inner = [by_template[region]], drawn[region].streets
-        else:
-            plots = [next(rows) for _ in own]
+    for region, cost in zip(plots, costs_of(areas, list(plots.values()), rules)):
+        own = by_region[region]
         told = [problem for block in own for problem in problems.get(block.block_id, [])]
-        cost = cost_of(float(mesh.polygon(region).area), plots, rules)
-        found[region] = Cell(own, plots, told, cost, inner)
+        inner = drawn[region].streets if region in drawn else ()
+        found[region] = Cell(own, plots[region], told, cost, inner)
     return found
 
 
@@ -116,28 +118,36 @@ def _of_templates(
     return dict(zip(regions, plots))
 
 
-def cost_of(area: float, plots: Sequence[Sequence[Plot]], rules: ParcelRules) -> float:
-    """Cost of a region: what its plots lack, in degrees of p_angle summed over parcels.
+def costs_of(
+    areas: Sequence[float], plots: Sequence[Sequence[Sequence[Plot]]], rules: ParcelRules
+) -> list[float]:
+    """Costs of regions: what their plots lack, in degrees of p_angle summed over parcels.
 
     Costs of regions that are parts of another add up, so that one way to split it can be held
     against another.
 
     Parameters
     ----------
-    area
-        Of the region, square metres; what is no plot is street.
+    areas
+        Of the regions, square metres; what is no plot is street.
     plots
-        By block.
+        By region and block.
     rules
         How large a parcel is.
     """
-    every = [plot for many in plots for plot in many]
-    parcels = np.array([p.polygon for p in every if p.use == "parcel"], dtype=object)
-    land = sum(p.polygon.area for p in every if p.use in ("parcel", "green", "court"))
-    green = sum(p.polygon.area for p in every if p.use in ("green", "court"))
-    cost = (GREEN * green + STREET * (area - land)) / rules.area
-    if len(parcels):
-        angle, ratio = corner_deviation(parcels), rectangle_ratio(parcels)
-        cost += float((ANGLE * angle + AREA * (ratio - 1)).sum())
-        cost += BAD * float(undesirable(angle, ratio).sum())
-    return float(cost)
+    every = [(k, plot) for k, blocks in enumerate(plots) for many in blocks for plot in many]
+    count = len(areas)
+    owner = np.array([k for k, _ in every], dtype=int)
+    shapes = np.array([plot.polygon for _, plot in every], dtype=object)
+    use = np.array([plot.use for _, plot in every], dtype=object)
+    size = shapely.area(shapes)
+    open_ = np.isin(use, ("green", "court"))
+    parcel = use == "parcel"
+    green = np.bincount(owner, weights=size * open_, minlength=count)
+    land = np.bincount(owner, weights=size * (open_ | parcel), minlength=count)
+    cost = (GREEN * green + STREET * (np.asarray(areas) - land)) / rules.area
+    if parcel.any():
+        angle, ratio = corner_deviation(shapes[parcel]), rectangle_ratio(shapes[parcel])
+        lack = ANGLE * angle + AREA * (ratio - 1) + BAD * undesirable(angle, ratio)
+        cost += np.bincount(owner[parcel], weights=lack, minlength=count)
+    return [float(own) for own in cost]

@@ -20,7 +20,7 @@ from ...site.prepare import prepare_sites
 from ...site.repair import Problems, make_valid
 from ...site.types import Site
 from ..streetspace import StreetWidths, widths_of
-from .again import SLACK, WAYS, Existing, joined
+from .existing import SLACK, WAYS, Existing, joined
 from .rows import column
 
 #: Parcels and streets further away than this from what is chosen have no say (metres).
@@ -81,6 +81,8 @@ class Chosen:
         Row in the layer of streets of each of its streets.
     problems
         What was found.
+    sites
+        The sites with their boundary streets, where a site or roads are given.
     """
 
     frame: gpd.GeoDataFrame
@@ -93,6 +95,7 @@ class Chosen:
     existing: Existing
     street_rows: list[int]
     problems: Problems
+    sites: Sequence[Site] = ()
 
 
 def covered(
@@ -170,10 +173,10 @@ def read_chosen(
     mine = np.flatnonzero(picked[near]).tolist()
     if not lanes:
         mine = _without_lanes(mine, plots, uses, near, parcels, around, problems, crs)
-    streets, widths, rows = _streets(around, crs, reach)
-    site, frontage = _site(around, plots, crs, width)
+    streets, widths, rows = _streets(around, crs, reach, _variation(parcels, picked))
+    site, frontage, sites = _site(around, plots, crs, width)
     existing = Existing(list(plots), uses, site, frontage, streets, widths)
-    return Chosen(parcels, source, crs, near, plots, uses, mine, existing, rows, problems)
+    return Chosen(parcels, source, crs, near, plots, uses, mine, existing, rows, problems, sites)
 
 
 def valid_polygons(shapes: gpd.GeoSeries) -> npt.NDArray[Any]:
@@ -280,8 +283,15 @@ def _without_lanes(
     return found
 
 
+def _variation(parcels: gpd.GeoDataFrame, picked: npt.NDArray[np.bool_]) -> Any:
+    """Tell of which variation the chosen parcels are, None where they are of none."""
+    own = column(parcels, "variation")
+    known = None if own is None else own[picked].dropna()
+    return None if known is None or known.empty else known.iloc[0]
+
+
 def _streets(
-    around: Around, crs: CRS, reach: shapely.Geometry
+    around: Around, crs: CRS, reach: shapely.Geometry, variation: Any
 ) -> tuple[list[LineString], list[float], list[int]]:
     """Read the streets near the chosen parcels, how wide they are and the rows that they are of."""
     frame = around.streets
@@ -295,6 +305,9 @@ def _streets(
         circles = pd.to_numeric(turning, errors="coerce").fillna(0).to_numpy(dtype=float)
         wide = np.maximum(wide, 2 * circles)
     usable = shapely.intersects(shapes, reach)
+    own = column(frame, "variation")
+    if own is not None and variation is not None:
+        usable &= (own.isna() | (own == variation)).to_numpy(dtype=bool)
     parts, row = shapely.get_parts(shapes[usable], return_index=True)
     rows = np.flatnonzero(usable)[row]
     good = (shapely.get_type_id(parts) == 1) & (shapely.length(parts) > 0)
@@ -304,12 +317,12 @@ def _streets(
 
 def _site(
     around: Around, plots: npt.NDArray[Any], crs: CRS, width: float
-) -> tuple[shapely.Geometry | None, shapely.Geometry | None]:
-    """Read the site and its edges along existing roads."""
+) -> tuple[shapely.Geometry | None, shapely.Geometry | None, Sequence[Site]]:
+    """Read the site, its edges along existing roads, and the sites one by one."""
     given, layer = around.site, around.site_layer
     if given is None:
         if around.roads is None:
-            return None, None
+            return None, None, ()
         given = gpd.GeoDataFrame(geometry=[joined(list(plots), width / 2 + SLACK)], crs=crs)
         layer = around.parcel_layer
     prepared = prepare_sites(
@@ -318,8 +331,8 @@ def _site(
     )  # fmt: skip
     site = _moved(prepared.sites, "polygon", crs)
     if around.roads is None:
-        return site, None
-    return site, _moved(prepared.sites, "street_frontage", crs)
+        return site, None, prepared.sites
+    return site, _moved(prepared.sites, "street_frontage", crs), prepared.sites
 
 
 def _moved(sites: Sequence[Site], name: str, crs: CRS) -> shapely.Geometry:

@@ -2,47 +2,50 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import geopandas as gpd
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 import shapely
-from shapely.geometry import MultiLineString, Polygon
-from shapely.geometry.polygon import orient
+from shapely.geometry import MultiLineString
 
 from ...errors import CancelledError, InputError
 from ...progress import Progress, Share, Silent
-from ...site.crs import layer_crs, working_crs
+from ...site.crs import layer_crs
 from ...site.prepare import prepare_sites
 from ...site.repair import Problems
+from ...site.roads import CLASS_COLUMNS
 from ...site.types import Site
 from ..blocks import blocks_from_streets
 from ..fill import fill_blocks
-from ..land import Edge, Place, edge_frontage
-from ..layers import parcel_layers
-from ..refine import refine_blocks
+from ..land import Edge, edge_frontage
+from ..layers import block_problems, parcel_layers
 from ..roadmesh import Ground
 from ..rules import ParcelRules
 from ..streetlayer import Quiet, StreetLayer
-from ..streetspace import StreetWidths, widths_of
-from ..types import Block, Plot
-from .again import joined
-from .chosen import valid_polygons
+from ..streetspace import StreetWidths, read_streets, widths_of
+from .borders import improve_borders
+from .existing import SLACK, joined
 from .layout import Score, judge
-from .moved import move_streets
+from .moved import MovedStreets, move_streets
+from .old import Improved, OldParcels, as_lines, numbered, one_variation, together, usual_size
 from .rows import column
 
-#: Uses of plots that parcels are cut of; land of any other use stays.
-LAND = ("", "parcel", "green", "court", "lane", "street")
+__all__ = ["Given", "Improved", "improve_layout", "usual_size"]
+
 #: What the field `status` says of streets that stay.
 STAYING = ("existing", "given", "connector")
 #: A layout must be better by so much (see `Score.value`).
 GAIN = 1e-6
+#: Less of the edge of a site than this is not along streets that the layer happens to have (share).
+ALONG = 0.1
+#: What roads are among streets with classes.
+USUAL_CLASS = "residential"
+#: Roads this near to land may run along its edge (metres).
+SNAP = 5.0
 
 
 @dataclass(frozen=True)
@@ -77,76 +80,10 @@ class Given:
     road_layer: str = "Roads"
 
 
-@dataclass(frozen=True)
-class Improved:
-    """A layout and how much better it is.
-
-    Attributes
-    ----------
-    streets
-        All streets with their index and values, `moved_m` (metres) and, where it was there,
-        `length_m` anew; None where no streets were given.
-    parcels
-        As `parcel_layers` gives them; those that are only moved keep their index.
-    problems
-        What a planner should know.
-    before, after
-        How good it was and is; the parcels given, else those that the streets given make.
-    largest_move
-        Of a vertex of a street, metres.
-    better
-        Number of sites (or blocks) that are better now.
-    """
-
-    streets: gpd.GeoDataFrame | None
-    parcels: gpd.GeoDataFrame
-    problems: gpd.GeoDataFrame
-    before: Score
-    after: Score
-    largest_move: float
-    better: int
-
-
-def usual_size(parcels: gpd.GeoDataFrame | None) -> tuple[float, float] | None:
-    """Median width and depth of the parcels of a layer, metres; None where there is none.
-
-    Parameters
-    ----------
-    parcels
-        Polygons in any CRS. The columns `width_m` and `depth_m` count where they are there, else
-        the sides of the smallest rectangle around, the longer one as the depth.
-
-    Raises
-    ------
-    InputError
-        If the layer has no CRS.
-    """
-    if parcels is None or not len(parcels):
-        return None
-    uses = column(parcels, "land_use")
-    own = parcels if uses is None else parcels[uses.fillna("parcel").isin(["parcel", ""])]
-    told = [column(own, name) for name in ("width_m", "depth_m")]
-    if all(one is not None for one in told):
-        found = [pd.to_numeric(one, errors="coerce").median() for one in told]
-        if all(value > 0 for value in found):
-            return float(found[0]), float(found[1])
-    shapes = valid_polygons(own.geometry)
-    shapes = shapes[shapely.area(shapes) > 0]
-    if not len(shapes):
-        return None
-    source = layer_crs(parcels, "Parcels")
-    crs = working_crs(source, shapely.total_bounds(shapes), "Parcels")
-    moved = gpd.GeoSeries(shapes, crs=source).to_crs(crs).to_numpy()
-    corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(moved)).reshape(-1, 5, 2)
-    sides = np.hypot(*np.moveaxis(corners[:, 1:3] - corners[:, 0:2], -1, 0))
-    return float(np.median(sides.min(axis=1))), float(np.median(sides.max(axis=1)))
-
-
 def improve_layout(
     given: Given,
     rules: ParcelRules,
     *,
-    iterations: int = 10,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Improved:
@@ -162,12 +99,10 @@ def improve_layout(
         The layout.
     rules
         What is asked of parcels.
-    iterations
-        Of the streets, at most.
     seed
         Of whatever is random.
     progress
-        Told of the work; where the caller cancels, the sites that are not done stay.
+        Told of the work; where the caller cancels, the sites that are not done are left out.
 
     Raises
     ------
@@ -175,31 +110,46 @@ def improve_layout(
         If there are neither streets nor parcels, streets without a site or parcels, or a layer
         cannot be used.
     CancelledError
-        If the caller cancels before anything is improved.
+        If the caller cancels before a site is done.
     """
     told = progress or Silent()
     if given.streets is None:
         if given.parcels is None:
             raise InputError("There is nothing to improve.", "Give streets, parcels or both.")
-        return _borders(given.parcels, given.parcel_layer, rules, told)
+        return improve_borders(given.parcels, rules, layer=given.parcel_layer, progress=told)
     if given.site is None and given.parcels is None:
         raise InputError(
             "Nobody knows how far the land of the streets reaches.", "Give the site, or parcels."
         )
-    return _Run(given, rules, iterations, seed).done(told)
+    return _Run(given, given.streets, rules, seed).done(told)
+
+
+@dataclass(frozen=True)
+class _Cut:
+    """One way to cut a site into parcels; without a layer the one that was given."""
+
+    score: Score
+    parcels: gpd.GeoDataFrame | None = None
+    problems: gpd.GeoDataFrame | None = None
 
 
 class _Run:
     """Streets and parcels of all sites improved."""
 
-    def __init__(self, given: Given, rules: ParcelRules, iterations: int, seed: int) -> None:
-        self.given, self.rules, self.iterations, self.seed = given, rules, iterations, seed
-        self.streets = gpd.GeoDataFrame(given.streets)
-        self.source = layer_crs(self.streets, given.street_layer)
+    def __init__(
+        self, given: Given, streets: gpd.GeoDataFrame, rules: ParcelRules, seed: int
+    ) -> None:
+        self.given, self.rules, self.seed = given, rules, seed
+        self.streets = streets
+        self.source = layer_crs(streets, given.street_layer)
+        one_variation(streets, given.street_layer)
+        self.old = OldParcels(given.parcels, given.parcel_layer)
+        self.move = np.zeros(len(streets))
+        self.lines = streets.geometry.to_numpy().copy()
         self.problems = Problems()
-        self.move = np.zeros(len(self.streets))
-        self.lines = self.streets.geometry.to_numpy().copy()
-        self.parcels: list[gpd.GeoDataFrame] = []
+        self.more: list[gpd.GeoDataFrame] = []
+        self.made: list[gpd.GeoDataFrame] = []
+        self.stayed: list[gpd.GeoDataFrame] = []
         self.scores: list[tuple[Score, Score, float]] = []
         self.better = 0
 
@@ -211,21 +161,29 @@ class _Run:
             try:
                 self._site(site, share)
             except CancelledError:
-                if not self.parcels:
+                if not self.scores:
                     raise
                 progress.warn(f"Cancelled: {k} of {len(sites)} sites are improved.")
                 break
-        full = [own for own in self.parcels if len(own)] or self.parcels[:1]
-        parcels = gpd.GeoDataFrame(pd.concat(full), geometry="geometry", crs=full[0].crs)
-        streets = self.streets.copy()
-        streets = streets.set_geometry(gpd.GeoSeries(self.lines, index=streets.index, crs=self.source))
+        shapes = gpd.GeoSeries(self.lines, index=self.streets.index, crs=self.source)
+        streets = self.streets.set_geometry(shapes)
         streets["moved_m"] = self.move
+        length = column(streets, "length_m")
+        if length is not None:
+            values = pd.to_numeric(length, errors="coerce").to_numpy(dtype=float).copy()
+            changed = self.move > 0
+            crs = sites[0].crs
+            values[changed] = shapely.length(shapes[changed].to_crs(crs).to_numpy())
+            streets[length.name] = values
         return Improved(
             streets,
-            parcels,
-            self.problems.to_frame(self.source),
-            _together([(before, area) for before, _, area in self.scores]),
-            _together([(after, area) for _, after, area in self.scores]),
+            numbered(self.made, self.stayed, self.old, self.source),
+            gpd.GeoDataFrame(
+                pd.concat([self.problems.to_frame(self.source), *self.more], ignore_index=True),
+                crs=self.source,
+            ),
+            together([(before, area) for before, _, area in self.scores]),
+            together([(after, area) for _, after, area in self.scores]),
             float(self.move.max(initial=0.0)),
             self.better,
         )
@@ -233,70 +191,139 @@ class _Run:
     def _sites(self, progress: Progress) -> Sequence[Site]:
         """Read the sites, or make them of the parcels."""
         given = self.given
-        polygons, layer = given.site, given.site_layer
-        if polygons is None:
-            parcels = gpd.GeoDataFrame(given.parcels)
-            shapes = valid_polygons(parcels.geometry)
-            source = layer_crs(parcels, given.parcel_layer)
-            crs = working_crs(source, shapely.total_bounds(shapes), given.parcel_layer)
-            widest = float(widths_of(self.streets, given.widths).max(initial=10.0))
-            own = gpd.GeoSeries(shapes, crs=source).to_crs(crs).to_numpy()
-            whole = joined(list(own), widest / 2 + 0.2)
-            polygons, layer = gpd.GeoDataFrame(geometry=[whole], crs=crs), given.parcel_layer
-        found = prepare_sites(polygons, polygon_layer=layer, progress=Quiet(progress))
+        if given.site is not None:
+            found = prepare_sites(
+                given.site, polygon_layer=given.site_layer, progress=Quiet(progress)
+            )
+            return found.sites
+        widest = float(widths_of(self.streets, given.widths).max(initial=10.0))
+        whole = gpd.GeoDataFrame(
+            geometry=[joined(list(self.old.plots), widest / 2 + SLACK)], crs=self.old.crs
+        )
+        found = prepare_sites(whole, polygon_layer=given.parcel_layer, progress=Quiet(progress))
         return found.sites
 
     def _site(self, site: Site, progress: Progress) -> None:
         """Improve a site."""
         given = self.given
         own = self.streets.to_crs(site.crs)
-        roads = None if given.roads is None else given.roads.to_crs(site.crs)
-        everything = _with_roads(own, roads, given.widths)
-        reader = StreetLayer(everything, given.widths, None, None, given.street_layer, Problems())
-        lines = reader.lines(site.crs, progress)
-        edge = given.edge
-        frontage = MultiLineString()
-        if lines is not None:
-            frontage = _lines(edge_frontage(site.polygon, lines, edge, given.snap_distance))
-        if frontage.is_empty and edge == "streets":
-            edge, frontage = "open", _lines(shapely.boundary(site.polygon))
-        areas, plots, labels = self._parcels_of(site)
+        edge, frontage = self._frontage(site, own, progress)
+        areas, plots, labels = self.old.inside(site)
         held = replace(site, obstacles=[*site.obstacles, *areas])
-        first = self._cut(held, own, roads, edge, Share(progress, 0.0, 0.3))
-        choices = [first]
+        choices = [self._cut(held, own, edge, Share(progress, 0.0, 0.25))]
         if plots:
-            choices.insert(0, _Cut(judge(Ground(site.polygon), [plots]), None))
-        moved = self._moved(held, own, roads, frontage, Share(progress, 0.3, 0.6))
-        after = own.set_geometry(gpd.GeoSeries(moved.lines, index=own.index, crs=site.crs))
-        choices.append(self._cut(held, after, roads, edge, Share(progress, 0.6, 1.0)))
-        scores = [choice.score.value for choice in choices]
-        best = min(range(len(choices)), key=lambda k: (round(scores[k] / GAIN), k))
+            choices.insert(0, _Cut(judge(Ground(site.polygon), [plots])))
+        moved = self._moved(held, own, frontage, Share(progress, 0.25, 0.75))
+        if moved.move.any():
+            after = own.set_geometry(gpd.GeoSeries(moved.lines, index=own.index, crs=site.crs))
+            choices.append(self._cut(held, after, edge, Share(progress, 0.75, 1.0)))
+        values = [choice.score.value for choice in choices]
+        best = min(range(len(choices)), key=lambda k: (round(values[k] / GAIN), k))
         self.better += best > 0
         self.scores.append((choices[0].score, choices[best].score, float(site.polygon.area)))
         for place, text in moved.problems:
             self.problems.add(given.street_layer, "", text, "it stays", "warning", place, site.crs)
-        if best == len(choices) - 1:
+        if moved.move.any() and best == len(choices) - 1:
             changed = np.flatnonzero(moved.move > 0)
             back = gpd.GeoSeries([moved.lines[k] for k in changed], crs=site.crs)
             self.lines[changed] = back.to_crs(self.source).to_numpy()
             self.move[changed] = moved.move[changed]
-        kept = given.parcels if given.parcels is not None else own.iloc[:0]
-        if choices[best].parcels is None:
-            self.parcels.append(_as_given(kept.loc[labels]))
+        chosen = choices[best]
+        if chosen.problems is not None:
+            self.more.append(chosen.problems.to_crs(self.source))
+        if chosen.parcels is None:
+            self.stayed.append(self.old.as_given(labels, self.source))
         else:
-            fixed = [k for k in labels if str(kept.loc[k].get("land_use")) not in LAND]
-            self._add(choices[best].parcels, _as_given(kept.loc[fixed]) if fixed else None, kept)
+            kept = [label for label in labels if not self.old.is_land(label)]
+            self.stayed.append(self.old.as_given(kept, self.source))
+            self.made.append(chosen.parcels)
 
-    def _add(
-        self, layer: gpd.GeoDataFrame, fixed: gpd.GeoDataFrame | None, given: gpd.GeoDataFrame
-    ) -> None:
-        """Add the parcels of a site, with labels that no other has."""
-        top = max([-1, *map(int, given.index), *(int(own.index.max()) for own in self.parcels if len(own))])
-        layer.index = range(top + 1, top + 1 + len(layer))
-        if fixed is not None:
-            layer = gpd.GeoDataFrame(
-                pd.concat([fixed.astype(object), layer.astype(object)]),
-                geometry=[*fixed.geometry, *layer.geometry], crs=layer.crs,
-            )  # fmt: skip
-        self.parcels.append(layer)
-''' if False else ''
+    def _frontage(
+        self, site: Site, own: gpd.GeoDataFrame, progress: Progress
+    ) -> tuple[Edge, MultiLineString]:
+        """Find where the edge of the site has a street."""
+        given, edge = self.given, self.given.edge
+        every = self._with_roads(own, site)
+        reader = StreetLayer(every, given.widths, None, None, given.street_layer, Problems())
+        lines = reader.lines(site.crs, progress)
+        found = MultiLineString()
+        if lines is not None:
+            found = as_lines(edge_frontage(site.polygon, lines, edge, given.snap_distance))
+        # ends of streets that bend along the edge are no street along it
+        least = 0.0 if given.roads is not None else ALONG * float(site.polygon.exterior.length)
+        if edge == "streets" and found.length <= least:
+            return "open", as_lines(shapely.boundary(site.polygon))
+        return edge, found
+
+    def _with_roads(self, own: gpd.GeoDataFrame, site: Site) -> gpd.GeoDataFrame:
+        """Put the existing roads to the streets, those that are among them left out."""
+        roads = self.given.roads
+        if roads is None or not len(roads):
+            return own
+        found = read_streets(roads, self.given.widths, site.crs, self.given.road_layer, Problems())
+        there = shapely.buffer(shapely.union_all(own.geometry.dropna().to_numpy()), 1.0)
+        share = shapely.length(shapely.intersection(found.lines, there))
+        new = found.access & (share < 0.5 * shapely.length(found.lines))
+        # words of the streets that roads lack: none, and for their class one that is a street
+        words: dict[Any, str] = {
+            name: USUAL_CLASS if str(name).lower() in CLASS_COLUMNS else ""
+            for name in own.columns.drop(own.geometry.name)
+            if own[name].dtype == object
+        }
+        if not new.any():
+            return own
+        data: dict[Any, list[Any]] = {name: [word] * int(new.sum()) for name, word in words.items()}
+        data["width_m"] = (2 * found.half[new]).tolist()
+        data[own.geometry.name] = found.lines[new].tolist()
+        more = gpd.GeoDataFrame(data, geometry=own.geometry.name, crs=site.crs)
+        return gpd.GeoDataFrame(pd.concat([own, more], ignore_index=True), crs=site.crs)
+
+    def _moved(
+        self,
+        site: Site,
+        own: gpd.GeoDataFrame,
+        frontage: MultiLineString,
+        progress: Progress,
+    ) -> MovedStreets:
+        """Move the streets of a site."""
+        status = column(own, "status")
+        fixed = np.zeros(len(own), dtype=bool)
+        if status is not None:
+            fixed = status.astype(str).str.lower().isin(STAYING).to_numpy()
+        land = shapely.difference(site.polygon, shapely.union_all(list(site.obstacles)))
+        roads = self.given.roads
+        centres = None
+        if roads is not None:
+            near = roads.geometry.to_crs(site.crs).dropna().to_numpy()
+            centres = as_lines(shapely.union_all(near[shapely.dwithin(near, land, SNAP)]))
+        return move_streets(
+            land,
+            shapely.force_2d(own.geometry.to_numpy()),
+            widths_of(own, self.given.widths),
+            self.rules,
+            frontage=frontage,
+            centre_lines=centres,
+            fixed=fixed,
+            seed=self.seed,
+            progress=progress,
+        )
+
+    def _cut(self, site: Site, streets: gpd.GeoDataFrame, edge: Edge, progress: Progress) -> _Cut:
+        """Cut a site into parcels along streets."""
+        given = self.given
+        prepared = blocks_from_streets(
+            [site], self._with_roads(streets, site), given.widths, edge=edge,
+            snap_distance=given.snap_distance, street_layer=given.street_layer,
+            site_layer=given.site_layer, progress=Share(progress, 0.0, 0.2),
+        )  # fmt: skip
+        filled = fill_blocks(
+            prepared.blocks, self.rules, seed=self.seed, progress=Share(progress, 0.2, 1.0)
+        )
+        plots = prepared.with_thin(filled.plots)
+        layer = parcel_layers(prepared.all_blocks, plots, prepared.all_places, self.source)
+        told = block_problems(
+            filled.problems, prepared.blocks, prepared.places, given.site_layer, site.crs
+        )
+        problems = pd.concat([prepared.problems.to_crs(site.crs), told], ignore_index=True)
+        score = judge(Ground(site.polygon), plots)
+        return _Cut(score, layer["parcels"], gpd.GeoDataFrame(problems, crs=site.crs))

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
+from shapely.geometry import Point
 
 from ..roadmesh import StreetMesh
 
@@ -32,27 +33,19 @@ def junctions_of(
         Unit vectors in which the streets would go on into the region, shape (n, 2).
     """
     own = {v for ring in mesh.regions[region].rings for v in ring}
-    halves = {frozenset(half) for half in mesh.regions[region].edges()}
+    edges = {frozenset(half) for half in mesh.regions[region].edges()}
     places: list[Floats] = []
     ways: list[Floats] = []
-    for (a, b), edge in mesh.edges.items():
-        if edge.street < 0 or frozenset((a, b)) in halves:
-            continue
-        for here, there in ((a, b), (b, a)):
-            if here in own:
+    for here in sorted(own):
+        for there in mesh.neighbours(here):
+            if mesh.edge(here, there).street >= 0 and frozenset((here, there)) not in edges:
                 way = mesh.xy[here] - mesh.xy[there]
                 places.append(mesh.xy[here])
                 ways.append(way / (np.hypot(*way) or 1.0))
     if arriving:
         ring = mesh.polygon(region).boundary
         for place, way in arriving:
-            if ring.distance(_point(place)) < 1.0:
+            if ring.distance(Point(place)) < 1.0:
                 places.append(place)
                 ways.append(way)
     return np.array(places).reshape(-1, 2), np.array(ways).reshape(-1, 2)
-
-
-def _point(xy: Floats) -> object:
-    from shapely.geometry import Point
-
-    return Point(xy)

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import shapely
 from shapely.geometry import LineString, MultiLineString, Polygon
 
-from ...progress import Progress
-from ..improve import optimise_mesh
+from ...progress import Progress, Silent
 from ..roadmesh import StreetMesh
 from ..roadmesh.rebuild import mesh_of_layers
 from ..rules import ParcelRules
+from .cells import fill_regions
+from .moving import optimised
+from .rules import SplitRules
 
 Floats = npt.NDArray[np.float64]
 #: Streets with less of their length on the land have no part in it (metres).
@@ -48,14 +51,14 @@ class MovedStreets:
 
 def move_streets(
     land: shapely.Geometry,
-    lines: Sequence[LineString],
-    widths: Sequence[float],
+    lines: Sequence[LineString] | npt.NDArray[Any],
+    widths: Sequence[float] | Floats,
     rules: ParcelRules,
     *,
     frontage: MultiLineString,
     centre_lines: MultiLineString | None = None,
-    fixed: Sequence[bool] = (),
-    iterations: int = 10,
+    fixed: Sequence[bool] | npt.NDArray[np.bool_] = (),
+    seed: int = 0,
     progress: Progress | None = None,
 ) -> MovedStreets:
     """Move the streets of some land so that rows of parcels fit better between them.
@@ -77,8 +80,8 @@ def move_streets(
         Centre lines of these streets where the land reaches to them.
     fixed
         Which streets must stay, n of them; empty for none.
-    iterations
-        See `improve.optimise_mesh`.
+    seed
+        Of whatever is random.
     progress
         Told of the work.
 
@@ -87,6 +90,7 @@ def move_streets(
     CancelledError
         If the caller cancels.
     """
+    told = progress or Silent()
     found = MovedStreets(list(lines), np.zeros(len(lines)), [])
     stay = list(fixed) or [False] * len(lines)
     for part in shapely.get_parts(land):
@@ -107,7 +111,8 @@ def move_streets(
             centre_lines=centre_lines, fixed=keep,
         )  # fmt: skip
         found.problems.extend(problems)
-        after = optimise_mesh(mesh, rules, iterations=iterations, progress=progress)
+        cells = fill_regions(mesh, sorted(mesh.regions), rules, seed=seed, refine=False)
+        after, _ = optimised(mesh, cells, rules, SplitRules(), seed, told)
         _take_back(found, mesh, after, rows)
     return found
 

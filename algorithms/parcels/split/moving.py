@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 
+import numpy as np
+
 from ...errors import CancelledError
 from ...progress import Progress, Share
 from ..improve import optimise_mesh
@@ -15,7 +17,9 @@ from .rules import SplitRules
 
 #: So often the streets are moved; each time those around regions that it made worse stay.
 ROUNDS = 3
-#: Regions that cost so much more afterwards are worse (see `cells.cost_of`).
+#: Places that differ by less from one round to the next are the same (metres).
+SETTLED = 0.02
+#: Regions that cost so much more afterwards are worse (see `cells.costs_of`).
 WORSE = 0.5
 
 
@@ -49,18 +53,19 @@ def optimised(
         The same where nothing was better.
     """
     best, best_cells = mesh, cells
+    last, last_cells = mesh, cells
     held: set[int] = set()
     for k in range(ROUNDS):
         share = Share(progress, k / ROUNDS, (k + 1) / ROUNDS)
         try:
             moved = optimise_mesh(_holding(mesh, held), rules, progress=Share(share, 0.0, 0.5))
-            moved = _released(moved, mesh)
-            found = dict(cells)
-            changed = _changed(mesh, moved)
+            moved = _settled(_released(moved, mesh), last)
+            found = dict(last_cells)
+            changed = _changed(last, moved)
             found.update(
                 fill_regions(
                     moved, changed, rules, turning=split.turning_radius,
-            templates=split.templates, seed=seed,
+                    templates=split.templates, seed=seed,
                     refine=False, progress=Share(share, 0.5, 1.0),
                 )
             )  # fmt: skip
@@ -68,11 +73,20 @@ def optimised(
             break
         if _cost(found) < _cost(best_cells):
             best, best_cells = moved, found
-        worse = {r for r in changed if found[r].cost > cells[r].cost + WORSE}
+        last, last_cells = moved, found
+        worse = {r for r in found if found[r].cost > cells[r].cost + WORSE}
         if not worse - held:
             break
         held |= worse
     return best, best_cells
+
+
+def _settled(moved: StreetMesh, last: StreetMesh) -> StreetMesh:
+    """Leave what went nearly where it was in the round before there, so that plots stay, too."""
+    if moved.regions == last.regions:
+        near = np.hypot(*(moved.xy - last.xy).T) < SETTLED
+        moved.xy = np.where(near[:, None], last.xy, moved.xy)
+    return moved
 
 
 def _cost(cells: Mapping[int, Cell]) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -12,7 +13,7 @@ from shapely.geometry import LineString, Polygon
 from ..field.crosses import cross_field
 from ..field.propose import good_seeds
 from ..field.region import Region
-from ..field.score import score
+from ..field.score import ACROSS, score
 from ..field.spacing import Spacing
 from ..field.streamlines import streamlines
 from ..rules import ParcelRules
@@ -81,7 +82,8 @@ def propose(
     if not len(field.mesh.inner):
         return []
     first = None if across else good_seeds(field, region, spacing)
-    lines = streamlines(field, depth=rules.depth, seed=seed, first=first)
+    longest = ACROSS * spacing.pitch if across else math.inf
+    lines = streamlines(field, depth=rules.depth, seed=seed, first=first, longest=longest)
     scores = score(field, lines, region, spacing=spacing, weights=split.weights, across=across)
     shapes = lines.geometry()
     found = []

@@ -22,8 +22,9 @@ from ..rules import ParcelRules
 from ..types import Block, Plot, PlotUse
 from .again import blocks_again, parcels_again, streets_again
 from .chosen import Around, Chosen, covered, read_chosen
+from .connectors import with_connectors
 from .layout import Layout
-from .rows import Rows
+from .rows import Rows, column
 from .rules import SplitRules
 
 __all__ = ["Around", "Asked", "Redone", "covered", "redo_parcels"]
@@ -32,6 +33,10 @@ __all__ = ["Around", "Asked", "Redone", "covered", "redo_parcels"]
 Action = Literal["parcels", "streets", "merge", "use"]
 #: What the field `change` says of features.
 KEPT, NEW, MERGED, ASSIGNED = "kept", "new", "merged", "use"
+#: What new streets have of the chosen parcels.
+OF_CHOSEN = ("site_id", "variation")
+#: Streets this near to each other touch, in units of the layer.
+AT = 1e-6
 #: Distances that are told of the streets of a whole site.
 OF_SITE = ("dist_to_sink_m", "dist_start_m", "dist_end_m", "direction")
 
@@ -257,17 +262,39 @@ class _Work:
         frame = self.around.streets
         before = cast(gpd.GeoDataFrame, frame)
         made = [_led_on(street_layer(own.mesh, self.crs), connectors) for own in layouts]
+        first = int(self.read.near[self.chosen[0]])
         own_turning = self.asked.split.turning_radius
         for part in made:
             part["turning_m"] = part["turning_m"].where(part["turning_m"].isna(), own_turning)
-            part[list(OF_SITE)] = None
-            part["site_id"] = None
+            for name in OF_CHOSEN:
+                own = column(self.frame, name)
+                part[name] = None if own is None else own.iloc[first]
         joined = gpd.GeoDataFrame(pd.concat(made, ignore_index=True), crs=self.crs)
+        for site in self.read.sites:
+            # on to the existing roads outside
+            joined = with_connectors(joined.to_crs(site.crs), site).to_crs(self.crs)
+        joined[list(OF_SITE)] = None
+        gone |= _left_over(before, gone)
         labels = [before.index[k] for k in sorted(gone)]
         return Rows(before).replaced(labels, joined.to_crs(before.crs), None, NEW)
 
     def _problems(self) -> gpd.GeoDataFrame:
         return self.problems.to_frame(self.read.source)
+
+
+def _left_over(streets: gpd.GeoDataFrame, gone: set[int]) -> set[int]:
+    """Find the rows of connectors that lead to none but streets that are gone."""
+    status = column(streets, "status")
+    if status is None or not gone:
+        return set()
+    outer = status.astype(str).str.lower().eq("connector").to_numpy()
+    shapes = streets.geometry.to_numpy()
+    lost = np.isin(np.arange(len(streets)), sorted(gone))
+    at_lost = shapely.union_all(shapes[lost & ~outer])
+    at_kept = shapely.union_all(shapes[~lost & ~outer])
+    own = np.flatnonzero(outer & ~lost)
+    near = [shapely.distance(shapes[own], other) < AT for other in (at_lost, at_kept)]
+    return set(own[near[0] & ~near[1]].tolist())
 
 
 def _led_on(frame: gpd.GeoDataFrame, connectors: Sequence[LineString]) -> gpd.GeoDataFrame:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -135,9 +136,7 @@ class Splitter:
 
     def _solve(self, region: int, samples: Samples) -> dict[int, float]:
         """Split a region and its parts; return what stays unserved, by region."""
-        if self.progress.cancelled():
-            msg = "cancelled while streets were laid"
-            raise CancelledError(msg)
+        self._ask()
         polygon = self._mesh.polygon(region)
         if samples.deepest <= 0:
             return self._served(polygon.area)
@@ -156,28 +155,38 @@ class Splitter:
                 return self._served(polygon.area)
         if not deep and not long:
             return self._served(polygon.area)
-        found = self._proposals(region, samples, across=not deep)
-        if not found:
+        bare = self._split(region, samples, across=not deep)
+        if bare is None:
             self._served(polygon.area)
             return {region: self._bare(samples)} if deep else {}
-        best: tuple[float, StreetMesh, dict[int, float]] | None = None
-        before = (self._mesh.copy(), self._next, self._done) if deep else None
-        for at, proposal in enumerate(found[:TRIES]):
-            if at:
-                if before is None or self._left <= 0:
-                    break
-                self._left -= 1
-                self._mesh, self._next, self._done = before[0].copy(), before[1], before[2]
+        return bare
+
+    def _split(self, region: int, samples: Samples, *, across: bool) -> dict[int, float] | None:
+        """Split a region along the best of some streets; None if there is no street for it."""
+        found = self._proposals(region, samples, across=across)
+        best: tuple[float, StreetMesh, float, dict[int, float]] | None = None
+        before, done = self._mesh, self._done
+        for at in range(1 if across else TRIES):
+            if at and self._left <= 0:
+                break
+            # streets that are looked at lie in the mesh as it was
+            self._mesh, self._done = before, done
+            proposal = next(found, None)
+            if proposal is None:
+                break
+            self._left -= at > 0
+            if not across:
+                self._mesh = before.copy()
             bare = self._try(region, samples, proposal)
             total = sum(bare.values())
             if best is None or total < best[0]:
-                best = (total, self._mesh.copy() if total else self._mesh, bare)
+                best = (total, self._mesh, self._done, bare)
             if total <= self.rules.area:
                 break
         if best is None:
-            return {}
-        self._mesh = best[1]
-        return best[2]
+            return None
+        _, self._mesh, self._done, bare = best
+        return bare
 
     def _try(self, region: int, samples: Samples, proposal: Proposal) -> dict[int, float]:
         """Put a street in, and solve the parts."""
@@ -197,8 +206,16 @@ class Splitter:
             bare.update(self._solve(part, own))
         return bare
 
-    def _proposals(self, region: int, samples: Samples, *, across: bool) -> list[Proposal]:
+    def _proposals(self, region: int, samples: Samples, *, across: bool) -> Iterator[Proposal]:
         """Propose streets that leave two good parts, in the order in which they are tried."""
+        found = self._sound(region, samples, across=across)
+        if not across and not self._random:
+            return found  # they come in their order, and mostly the first will do
+        some = sorted(itertools.islice(found, CHOSEN_FROM), key=lambda p: p.quality)
+        return iter(self._shuffled(some) if self._random else some)
+
+    def _sound(self, region: int, samples: Samples, *, across: bool) -> Iterator[Proposal]:
+        """Yield streets that leave two good parts; across a region the evenness counts, too."""
         polygon = self._mesh.polygon(region)
         junctions = junctions_of(self._mesh, region, self.arriving)
         kinds = self._mesh.kinds(region)
@@ -206,16 +223,12 @@ class Splitter:
             polygon, kinds, junctions, self.rules, self.split, across=across, guides=self.guides,
             seed=int(self._rng.integers(2**31)),
         )  # fmt: skip
-        found: list[Proposal] = []
         for proposal in offered[:LOOKED_AT]:
+            self._ask()
             lines = tuple(fit_ends(self._mesh, region, line, junctions) for line in proposal.lines)
             worse = self._judge(region, samples, lines, across=across)
             if worse is not None:
-                found.append(Proposal(lines, proposal.quality + worse))
-            if len(found) >= CHOSEN_FROM:
-                break
-        found.sort(key=lambda p: p.quality)
-        return self._shuffled(found) if self._random else found
+                yield Proposal(lines, proposal.quality + worse)
 
     def _judge(
         self, region: int, samples: Samples, lines: Sequence[LineString], *, across: bool
@@ -242,6 +255,12 @@ class Splitter:
         spread = max(float(quality.max() - quality.min()), 1e-9)
         keys = quality / spread * 3 + self._rng.gumbel(size=len(found))
         return [found[k] for k in np.argsort(keys)]
+
+    def _ask(self) -> None:
+        """Stop where the caller wants it."""
+        if self.progress.cancelled():
+            msg = "cancelled while streets were laid"
+            raise CancelledError(msg)
 
     def _served(self, area: float) -> dict[int, float]:
         """Take note of land that is done."""
