@@ -302,3 +302,19 @@ def test_real_outlines_are_tiled_with_access(shared_data, deep):
             check(replace(block, polygon=land), plots, rules)
         else:
             assert len(pieces) == 1
+
+
+def test_parcels_that_no_house_suits_become_greens():
+    from platwright.parcels.fill.houses import without_oddities
+
+    rules = ParcelRules()
+    # 540 m2 are asked for, at most 1,188; 18 m wide
+    good, large, slim = box(0, 0, 18, 30), box(0, 0, 50, 60), box(0, 0, 5, 60)
+    rows = [[Plot(good), Plot(large)], [Plot(slim), Plot(slim, "lane")]]
+    found = without_oddities(rows, rules)
+    assert [[p.use for p in row] for row in found] == [["parcel", "green"], ["green", "lane"]]
+    assert [p.note for p in (found[0][1], found[1][0])] == [
+        "too large for a parcel",
+        "too narrow for a house",
+    ]
+    assert without_oddities(rows, ParcelRules(greens=False)) == rows

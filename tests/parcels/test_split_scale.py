@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from platwright.errors import CancelledError
@@ -44,6 +45,8 @@ def split_at(mesh: StreetMesh, region: int, t: float) -> list[int]:
     at = int(t * len(ring)) % len(ring)
     pairs = [(ring[k % len(ring)], ring[(k + 1) % len(ring)]) for k in (at, at + len(ring) // 2)]
     places = [(mesh.xy[a] + mesh.xy[b]) / 2 for a, b in pairs]
+    if not mesh.polygon(region).contains(shapely.Point(sum(places) / 2)):
+        return []  # both are on the same side
     ends = [mesh.insert(a, b, (x, y)) for (a, b), (x, y) in zip(pairs, places)]
     return mesh.split(region, [ends], [STREET])
 

@@ -14,6 +14,7 @@ from ..rules import ParcelRules
 from ..types import Block, Plot
 from .deep import NO_WAY, flag_courts, open_courts, stitch
 from .guard import Fault, faults
+from .houses import without_oddities
 from .lanes import Parted, lane_choices, worth
 from .mend import sound_blocks
 from .methods import CANCELLED, NAMES, ORDER, Cut, cut_safely, refined
@@ -78,6 +79,7 @@ def fill_blocks(
         if fault is not None:
             problems.append(_undone(parts[index], fault))
             rows[index] = cuts[index].plots
+    rows = without_oddities(rows, rules)
     for part, cut in zip(parts, cuts):
         problems += _fallbacks(part, cut)
     plots: list[list[Plot]] = [[] for _ in blocks]

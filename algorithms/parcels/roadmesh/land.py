@@ -20,7 +20,7 @@ MITRE = 3.0
 #: Edges of land whose middle is this near to a closed edge lie on it (metres).
 ON_LINE = 0.02
 #: Pieces of land that are smaller are street space (square metres).
-SCRAP = 1.0
+SCRAP = 25.0
 
 
 def region_land(

@@ -17,7 +17,7 @@ Floats = npt.NDArray[np.float64]
 #: UP's continuity is 4 m, but crossings a few metres apart are dangerous (metres).
 TO_JUNCTION = 15.0
 #: ... where the directions of both differ by less than this (degrees).
-ALIGNED = 30.0
+ALIGNED = 40.0
 #: Ends this near to any other vertex become it (metres).
 TO_VERTEX = 0.5
 #: An end that moves takes this much of its street along, less and less (metres).

@@ -18,6 +18,8 @@ from ..types import Plot
 REACH = 25.0
 #: Ends further inside the space of their street than this end there, in a turning head (metres).
 INSIDE = 1.0
+#: Ends this near to a street are on it (metres).
+MEETS = 1e-6
 #: Plots that streets inside blocks lie on.
 WAYS = ("street", "lane")
 
@@ -49,6 +51,7 @@ def with_inner_streets(
         return frame
     ways = np.array([p.polygon for p in plots if p.use in WAYS], dtype=object)
     rows = [_row(line, frame, frontage, ways) for line in inner]
+    frame = _with_vertices(frame, [row["geometry"] for row in rows])
     for row in rows:
         row["site_id"] = site_id
     added = gpd.GeoDataFrame(rows, geometry="geometry", crs=frame.crs)
@@ -56,6 +59,21 @@ def with_inner_streets(
     joined["street_id"] = np.arange(1, len(joined) + 1)
     columns = [*(c for c in frame.columns if c != "geometry"), "geometry"]
     return gpd.GeoDataFrame(joined[columns], geometry="geometry", crs=frame.crs)
+
+
+def _with_vertices(frame: gpd.GeoDataFrame, lines: Sequence[LineString]) -> gpd.GeoDataFrame:
+    """Give streets a vertex where others meet them, so that networks are joined there."""
+    shapes = frame.geometry.to_numpy().copy()
+    for line in lines:
+        for end in (line.coords[0], line.coords[-1]):
+            here = shapely.Point(end)
+            for k in np.flatnonzero(shapely.distance(shapes, here) < MEETS):
+                xy = shapely.get_coordinates(shapes[k])
+                at = float(shapes[k].project(here))
+                step = np.r_[0.0, np.cumsum(np.hypot(*np.diff(xy, axis=0).T))]
+                if np.abs(step - at).min() > MEETS:
+                    shapes[k] = LineString(np.insert(xy, np.searchsorted(step, at), end, axis=0))
+    return frame.set_geometry(gpd.GeoSeries(shapes, index=frame.index, crs=frame.crs))
 
 
 def _row(

@@ -18,15 +18,11 @@ from ..roadmesh import Ground, StreetMesh, begin_mesh
 from ..rules import ParcelRules
 from ..types import Block, Plot
 from .backtrack import Backtracker
-from .cells import Cell, fill_regions
+from .cells import ANGLE, AREA, BAD, GREEN, STREET, Cell, fill_regions
 from .choosing import Chooser
 from .moving import optimised
 from .rules import SplitRules
 from .search import Splitter
-
-#: What the score of a layout counts (see `Score.value`): degrees of p_angle, undesirable
-#: parcels, green that nobody asked for, and parcels that are missing.
-WEIGHTS = {"p_angle": 1.0, "p_area": 50.0, "undesirable": 30.0, "green": 25.0, "street": 15.0}
 
 
 @dataclass(frozen=True)
@@ -62,14 +58,10 @@ class Score:
 
     @property
     def value(self) -> float:
-        """One number to compare layouts of a site by; smaller is better."""
-        return (
-            WEIGHTS["p_angle"] * self.p_angle
-            + WEIGHTS["p_area"] * (self.p_area - 1)
-            + WEIGHTS["undesirable"] * self.undesirable
-            + WEIGHTS["green"] * self.green
-            + WEIGHTS["street"] * self.street
-        )
+        """What land for one parcel costs, smaller is better, by the weights of `cells.costs_of`."""
+        parcel = ANGLE * self.p_angle + AREA * (self.p_area - 1) + BAD * self.undesirable
+        land = max(0.0, 1 - self.green - self.street)
+        return land * parcel + GREEN * self.green + STREET * self.street
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 from shapely.geometry import LineString, Polygon
 
 from ..field.crosses import cross_field
@@ -20,6 +21,10 @@ from ..rules import ParcelRules
 from .rules import SplitRules
 
 Floats = npt.NDArray[np.float64]
+#: Where straight streets are tried, as shares of a side, and the quality that puts them last.
+SHARES = (0.5, 0.42, 0.58, 0.34, 0.66)
+LAST = 10.0
+MOST_STRAIGHT = 2 * len(SHARES)
 
 
 @dataclass(frozen=True)
@@ -96,4 +101,39 @@ def propose(
         seen.add(pair)
         own = (shapes[number],) if partner < 0 else (shapes[number], shapes[partner])
         found.append(Proposal(own, float(scores.quality[number])))
+    return found
+
+
+def straight(polygon: Polygon) -> list[Proposal]:
+    """Propose straight streets across the rectangle around a region, where no other will do.
+
+    Parameters
+    ----------
+    polygon
+        The region, metres.
+
+    Returns
+    -------
+    list of Proposal
+        First across its longer side, from the middle outwards; at most `MOST_STRAIGHT`.
+    """
+    box = shapely.get_coordinates(shapely.minimum_rotated_rectangle(polygon))
+    if len(box) < 5:
+        return []
+    sides = np.diff(box[:3], axis=0)
+    short, long = sorted(sides, key=lambda way: float(np.hypot(*way)))
+    middle = shapely.get_coordinates(shapely.minimum_rotated_rectangle(polygon).centroid)[0]
+    found = []
+    for along, over in ((long, short), (short, long)):
+        for share in SHARES:
+            centre = middle + (share - 0.5) * along
+            ray = LineString([centre - over, centre + over])
+            pieces = [
+                piece
+                for piece in shapely.get_parts(shapely.intersection(ray, polygon))
+                if piece.geom_type == "LineString" and piece.length > 0
+            ]
+            if pieces:
+                best = max(pieces, key=lambda piece: float(piece.length))
+                found.append(Proposal((best,), LAST + abs(share - 0.5)))
     return found

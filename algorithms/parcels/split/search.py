@@ -12,13 +12,14 @@ from shapely.geometry import LineString, MultiLineString
 
 from ...errors import CancelledError
 from ...progress import Progress, Silent
+from ..edges import EdgeKind
 from ..roadmesh import StreetMesh
 from ..rules import ParcelRules
 from .choosing import Chooser
-from .cutting import cut, fit_ends
+from .cutting import cut, fit_ends, locate
 from .ground import Samples, block_length, parts, sample
 from .junctions import junctions_of
-from .proposals import Proposal, propose
+from .proposals import MOST_STRAIGHT, Proposal, propose, straight
 from .rings import open_holes, tie
 from .rules import SplitRules
 
@@ -31,6 +32,8 @@ TRIES = 3
 SECOND_THOUGHTS = 24
 #: Samples are this far apart, in parcel depths.
 SPACING = 1 / 4
+#: Streets that end at an edge without a street are longer than so many parcel depths.
+STUB = 2.5
 #: Weight of unequal halves where a long block is cut across.
 BALANCE = 2.0
 
@@ -223,7 +226,9 @@ class Splitter:
             polygon, kinds, junctions, self.rules, self.split, across=across, guides=self.guides,
             seed=int(self._rng.integers(2**31)),
         )  # fmt: skip
-        for proposal in offered[:LOOKED_AT]:
+        if not across:
+            offered = [*offered[:LOOKED_AT], *straight(polygon)]
+        for proposal in offered[: LOOKED_AT + MOST_STRAIGHT]:
             self._ask()
             lines = tuple(fit_ends(self._mesh, region, line, junctions) for line in proposal.lines)
             worse = self._judge(region, samples, lines, across=across)
@@ -235,6 +240,8 @@ class Splitter:
     ) -> float | None:
         """Tell how much worse a street is than its quality says, None where it cannot be."""
         polygon = self._mesh.polygon(region)
+        if not self._leads_somewhere(region, lines):
+            return None
         made = parts(polygon, lines) if all(line.is_simple for line in lines) else None
         if made is None or min(part.area for part in made) < 3 * self.rules.area:
             return None
@@ -246,6 +253,21 @@ class Splitter:
             first, second = (part.area for part in made)
             return float(BALANCE * abs(first - second) / polygon.area)
         return 0.0
+
+    def _leads_somewhere(self, region: int, lines: Sequence[LineString]) -> bool:
+        """Tell whether a street is reached from one end at least, and is no stub at the other."""
+        if len(lines) > 1:
+            return True
+        (line,) = lines
+        blind = 0
+        for xy in (line.coords[0], line.coords[-1]):
+            _, (a, b), vertex = locate(self._mesh, region, np.array(xy))
+            if vertex is None:
+                blind += self._mesh.edge(a, b).kind == EdgeKind.CLOSED
+            else:
+                around = [self._mesh.edge(vertex, v) for v in self._mesh.neighbours(vertex)]
+                blind += all(edge.kind == EdgeKind.CLOSED for edge in around)
+        return blind == 0 or (blind == 1 and line.length > STUB * self.rules.depth)
 
     def _shuffled(self, found: list[Proposal]) -> list[Proposal]:
         """Bring proposals into a random order in which the better ones tend to be first."""
