@@ -95,7 +95,8 @@ def test_pip_builds_the_library_without_the_plugin(tmp_path):
     expected = {
         f"platwright/{p.relative_to(ROOT / 'algorithms')}" for p in python_files("algorithms")
     }
-    assert code == expected | {"platwright/py.typed"}
+    data = {"platwright/py.typed", "platwright/parcels/templates/library.gpkg"}
+    assert code == expected | data
     assert any(n.endswith("licenses/LICENSE") for n in names)
 
     target = tmp_path / "installed"
