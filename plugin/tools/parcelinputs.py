@@ -41,9 +41,8 @@ LEVELS = (
 )
 
 
-def parcels() -> Iterator[QgsProcessingParameterDefinition]:
-    """Yield the method, the size of parcels and what becomes of deep blocks."""
-    yield parameters.choice("METHOD", "Method", "How blocks are cut.", METHODS, default="strips")
+def size() -> Iterator[QgsProcessingParameterDefinition]:
+    """Yield the width and depth of parcels."""
     yield parameters.number(
         "PARCEL_WIDTH",
         "Parcel width",
@@ -62,6 +61,12 @@ def parcels() -> Iterator[QgsProcessingParameterDefinition]:
         minimum=1.0,
         maximum=1000.0,
     )
+
+
+def parcels() -> Iterator[QgsProcessingParameterDefinition]:
+    """Yield the method, the size of parcels and what becomes of deep blocks."""
+    yield parameters.choice("METHOD", "Method", "How blocks are cut.", METHODS, default="strips")
+    yield from size()
     yield parameters.choice(
         "DEEP_BLOCKS",
         "Deep blocks",

@@ -33,24 +33,7 @@ def key_elements() -> QgsProcessingParameterDefinition:
 
 def sizes(*, wide: bool = True) -> Iterator[QgsProcessingParameterDefinition]:
     """Yield the size of parcels and the width of streets, which may be behind Advanced."""
-    yield parameters.number(
-        "PARCEL_WIDTH",
-        "Parcel width",
-        "Wished width of parcels along the street.",
-        unit="m",
-        default=18.0,
-        minimum=1.0,
-        maximum=1000.0,
-    )
-    yield parameters.number(
-        "PARCEL_DEPTH",
-        "Parcel depth",
-        "Wished depth of parcels, away from the street.",
-        unit="m",
-        default=30.0,
-        minimum=1.0,
-        maximum=1000.0,
-    )
+    yield from parcelinputs.size()
     yield parameters.number(
         "STREET_WIDTH",
         "Street width",

@@ -294,10 +294,3 @@ class Splitter:
         """Area of the land that is too far from access, square metres."""
         limit = self.split.largest_depth * self.rules.depth
         return float((samples.depth > limit).sum()) * self._spacing**2
-
-
-def arriving_ends(
-    points: Sequence[tuple[tuple[float, float], tuple[float, float]]],
-) -> list[tuple[Floats, Floats]]:
-    """Turn access points (place, direction into the site) into arrays."""
-    return [(np.array(place), np.array(way)) for place, way in points]
