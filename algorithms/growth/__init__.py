@@ -1,0 +1,1 @@
+"""Streets that grow from a grammar into real ground (CitySprout, CS)."""
