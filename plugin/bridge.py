@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import datetime
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from qgis.core import (
@@ -22,6 +22,7 @@ from qgis.core import (
     QgsRectangle,
     QgsWkbTypes,
 )
+from qgis.PyQt.QtCore import QDate, QDateTime, QTime
 
 from ..algorithms.errors import InputError
 from . import compat
@@ -232,7 +233,19 @@ def _fitting(field: QgsField, frame: geopandas.GeoDataFrame, label: int) -> Any:
     return None
 
 
-_CASTS = {"integer": int, "number": float, "text": str, "yes/no": bool}
+def _moment(value: Any) -> QDateTime:
+    """Return a moment without a time zone, so that it reads the same wherever QGIS runs."""
+    day = QDate(value.year, value.month, value.day)
+    return QDateTime(day, QTime(value.hour, value.minute, value.second))
+
+
+_CASTS: dict[str, Callable[[Any], Any]] = {
+    "integer": int,
+    "number": float,
+    "text": str,
+    "yes/no": bool,
+    "date and time": _moment,
+}
 
 
 def _cast(values: Sequence[Any], kind: str) -> list[Any]:

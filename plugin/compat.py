@@ -88,6 +88,12 @@ FOLDER = _first(
 FAST_INSERT = _first("QgsFeatureSink.Flag.FastInsert")
 #: Features are read without their geometry.
 NO_GEOMETRY = _first("Qgis.FeatureRequestFlag.NoGeometry", "QgsFeatureRequest.Flag.NoGeometry")
+#: A feature of a layer exists from a moment on that a field tells.
+TEMPORAL_INSTANT = _first(
+    "Qgis.VectorTemporalMode.FeatureDateTimeInstantFromField",
+    "QgsVectorLayerTemporalProperties.TemporalMode.ModeFeatureDateTimeInstantFromField",
+)
+METRES = _first("Qgis.DistanceUnit.Meters", "QgsUnitTypes.DistanceUnit.DistanceMeters")
 #: A table that counts its features itself does so anew, whatever ids they bring.
 COUNT_ANEW = _first("QgsFeatureSink.SinkFlag.RegeneratePrimaryKey")
 
@@ -102,12 +108,14 @@ def _field_types() -> dict[str, Any]:
             "number": kinds.Double,
             "text": kinds.QString,
             "yes/no": kinds.Bool,
+            "date and time": kinds.QDateTime,
         }
     return {
         "integer": QVariant.Type.Int,
         "number": QVariant.Type.Double,
         "text": QVariant.Type.String,
         "yes/no": QVariant.Type.Bool,
+        "date and time": QVariant.Type.DateTime,
     }
 
 
@@ -115,7 +123,7 @@ FIELD_TYPES = _field_types()
 
 
 def make_field(name: str, kind: str) -> QgsField:
-    """Return a field of one of the kinds "integer", "number", "text" and "yes/no".
+    """Return a field of a kind: "integer", "number", "text", "yes/no" or "date and time".
 
     QGIS wants a `QMetaType` from 3.38 on and a `QVariant` type before.
     """

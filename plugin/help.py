@@ -88,6 +88,10 @@ REFERENCES = {
         "C. A. Vanegas, T. Kelly, B. Weber, J. Halatsch, D. G. Aliaga, P. Müller, Procedural "
         "generation of parcels in urban modeling, Computer Graphics Forum 31(2), 2012."
     ),
+    "CS": (
+        "C. Dobbie, A. Johansson, In pursuit of the optimal city: evaluation of procedurally "
+        "generated city layouts, supplementary information (CitySprout)."
+    ),
     "SNAKES": (
         "M. Kass, A. Witkin, D. Terzopoulos, Snakes: active contour models, International Journal "
         "of Computer Vision 1(4), 1988."
@@ -95,6 +99,22 @@ REFERENCES = {
     "OSMNX": (
         "G. Boeing, Modeling and analyzing urban networks and amenities with OSMnx, "
         "Geographical Analysis 57(4), 2025."
+    ),
+    "ORDER": (
+        "G. Boeing, Urban spatial order: street network orientation, configuration, and entropy, "
+        "Applied Network Science 4, 2019."
+    ),
+    "NATURAL": (
+        "B. Jiang, S. Zhao, J. Yin, Self-organized natural roads for predicting traffic flow, "
+        "Journal of Statistical Mechanics, 2008."
+    ),
+    "LIVING": (
+        "B. Jiang, C. de Rijke, Structural beauty: a structure-based computational approach to "
+        "quantifying the beauty of an image, Journal of Imaging 7, 2021."
+    ),
+    "BRANDES": (
+        "U. Brandes, A faster algorithm for betweenness centrality, Journal of Mathematical "
+        "Sociology 25(2), 2001."
     ),
 }
 
@@ -110,6 +130,7 @@ _UNITS = {
     "angle": "degrees",
     "similarity": "m",
     "s": "s",
+    "seconds": "s",
 }
 
 

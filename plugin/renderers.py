@@ -22,7 +22,9 @@ from qgis.core import (
 )
 from qgis.PyQt.QtGui import QColor
 
+from .growth_renderers import GROWTH_OTHERS, GROWTH_RENDERERS, GROWTH_TITLES
 from .parcel_renderers import PARCEL_OTHERS, PARCEL_RENDERERS, PARCEL_TITLES
+from .street_renderers import STREET_OTHERS, STREET_RENDERERS, STREET_TITLES
 from .symbols import GREY, INK, by_value, fill, line, marker
 
 
@@ -263,14 +265,24 @@ RENDERERS: dict[str, Callable[[], QgsFeatureRenderer]] = {
     "landuse": _landuse,
     "osm_obstacles": _osm_obstacles,
     **PARCEL_RENDERERS,
+    **GROWTH_RENDERERS,
+    **STREET_RENDERERS,
 }
 
 #: What the styles above show, as the planner reads it in the list of a layer's styles.
-TITLES = {"streets": "Level", "blocks": "Width", **PARCEL_TITLES}
+TITLES = {
+    "streets": "Level",
+    "blocks": "Width",
+    **PARCEL_TITLES,
+    **GROWTH_TITLES,
+    **STREET_TITLES,
+}
 #: Further styles that a layer offers: by the name of its first one, their titles and what makes
 #: them for a layer.
 OTHERS: dict[str, dict[str, Callable[[QgsVectorLayer], QgsFeatureRenderer]]] = {
     "streets": {"Distance to the exit": _by_distance},
     "blocks": {"Area": _by_area},
     **PARCEL_OTHERS,
+    **GROWTH_OTHERS,
+    **STREET_OTHERS,
 }

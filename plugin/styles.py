@@ -21,7 +21,7 @@ from qgis.core import (
 )
 from qgis.PyQt.QtXml import QDomDocument
 
-from . import compat, geopackage
+from . import compat, geopackage, temporal
 from .fields import LayerKind
 from .record import Record
 from .renderers import LABELS, OTHERS, RENDERERS, TITLES
@@ -47,6 +47,7 @@ def apply(layer: QgsVectorLayer, kind: LayerKind) -> None:
     """Give a layer the style of its kind."""
     if not kind.style:
         return  # a table
+    temporal.play(layer, kind)
     layer.setRenderer(by_variation(RENDERERS[kind.style](), layer))
     if kind.style == "blocks":
         layer.setOpacity(0.8)
@@ -135,6 +136,7 @@ def save(source: str, kind: LayerKind, own: OwnStyle | None = None) -> None:
 
 
 def _save_in_geopackage(layer: QgsVectorLayer, kind: LayerKind, own: OwnStyle | None) -> None:
+    temporal.play(layer, kind)
     for title, make in OTHERS.get(kind.style, {}).items():
         layer.setRenderer(by_variation(make(layer), layer))
         layer.saveStyleToDatabase(f"{kind.style}, {title}", f"{OURS}{title}", False, "")
@@ -191,6 +193,8 @@ class _PostProcessor(QgsProcessingLayerPostProcessorInterface):
             manager = layer.styleManager()
             if self.kind.style in TITLES:
                 manager.renameStyle(manager.currentStyle(), TITLES[self.kind.style])
+        # QGIS forgets that part of the style of a file as soon as it has read it.
+        temporal.play(layer, self.kind)
         offer_others(layer, self.kind)
         self.record.attach(layer)
         self._rename(layer, context.project())

@@ -107,7 +107,8 @@ def _inputs(
     """Yield the input parameters in a form for JSON, the layers as paths of files."""
     for definition in tool.parameterDefinitions():
         key = definition.name()
-        if definition.isDestination() or not request.has(key):
+        # A CRS may be that of the project, which the process does not have.
+        if definition.isDestination() or not (request.has(key) or definition.type() == "crs"):
             continue
         if definition.type() in ("source", "vector"):
             yield key, _save_layer(request, key, folder / f"input_{key}.gpkg", progress)
@@ -120,7 +121,7 @@ def _inputs(
 def _plain(tool: Tool, request: Request, definition: QgsProcessingParameterDefinition) -> Any:
     """Return a parameter as JSON has it, evaluated, or as an expression for each feature."""
     key, values, context = definition.name(), request.parameters, request.context
-    value = values[key]
+    value = values.get(key)
     if isinstance(value, QgsProperty) and definition.isDynamic():
         return {"expression": value.asExpression()}
     kind = definition.type()
@@ -133,6 +134,8 @@ def _plain(tool: Tool, request: Request, definition: QgsProcessingParameterDefin
         return words if definition.allowMultiple() else words[0]
     if kind == "file":
         return os.path.abspath(tool.parameterAsFile(values, key, context))
+    if kind == "crs":
+        return bridge.crs_text(tool.parameterAsCrs(values, key, context))
     if kind == "point":
         crs = tool.parameterAsPointCrs(values, key, context)
         point = tool.parameterAsPoint(values, key, context)

@@ -68,11 +68,12 @@ from _help_drawing import (
     show,
     streets,
 )
+from _help_streets import measurestreets
 
 
 def window(name: str) -> tuple[float, float, float, float]:
     """Return the ground that the picture of a tool shows: west, south, east, north."""
-    if not name.startswith("osm"):
+    if not name.startswith(("osm", "measure")):
         return WINDOW
     west, south, east, north = places().geometry.iloc[0].bounds
     high = 1.06 * (north - south)
@@ -325,6 +326,7 @@ PICTURES: dict[str, Callable[[Axes, Axes], tuple[str, str]]] = {
     "optimiselayout": optimiselayout,
     "resplitlayout": resplitlayout,
     "validatenetwork": validatenetwork,
+    "measurestreets": measurestreets,
 }
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from _model_draft import Draft, asked, expression, flags, made, of_tool, value
+from _models_grown import grown_streets_and_parcels
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "plugin" / "models"
@@ -306,7 +307,13 @@ def compare_designs() -> Draft:
 
 def drafts() -> list[Draft]:
     """Put all models together; the tools must be known to QGIS."""
-    return [place_to_design(), parcels_to_design(), streets_and_parcels(), compare_designs()]
+    return [
+        place_to_design(),
+        parcels_to_design(),
+        streets_and_parcels(),
+        grown_streets_and_parcels(),
+        compare_designs(),
+    ]
 
 
 def stale(texts: dict[Path, str]) -> list[Path]:

@@ -26,6 +26,8 @@ NODE_TYPES: Mapping[str, str] = {
     DONE: "done",
     EDGE: "edge",
 }
+#: Types of node that no rule may be given for.
+NEVER_GROW = (DONE, EDGE)
 
 
 @dataclass(frozen=True, order=True)
@@ -52,6 +54,12 @@ class State:
     def words(self) -> str:
         """The state in words, such as "main start"."""
         return f"{ROAD_TYPES[self.road]} {NODE_TYPES[self.node]}"
+
+
+#: Every state there can be, by its label.
+STATES: Mapping[str, State] = {
+    road + node: State(road, node) for road in ROAD_TYPES for node in NODE_TYPES
+}
 
 
 @dataclass(frozen=True)
@@ -114,11 +122,14 @@ class Grammar:
         The rules of each state; a state without rules never grows.
     text
         What it makes, in a sentence.
+    credit
+        Whom it is owed to, in a sentence.
     """
 
     name: str
     rules: Mapping[State, tuple[Rule, ...]]
     text: str = ""
+    credit: str = ""
 
     @property
     def start(self) -> State:

@@ -6,6 +6,8 @@ from .parcels import Ideal, ParcelReport, measure_parcels
 from .pattern import PatternMetrics, measure_pattern
 from .plan import PlanMetrics, measure_plan
 from .problems import ValidationReport
+from .street_figures import StreetFigures
+from .streets import StreetOptions, StreetReport, measure_streets
 from .validate import validate_network
 
 __all__ = [
@@ -16,10 +18,14 @@ __all__ = [
     "ParcelReport",
     "PatternMetrics",
     "PlanMetrics",
+    "StreetFigures",
+    "StreetOptions",
+    "StreetReport",
     "ValidationReport",
     "measure_land_use",
     "measure_parcels",
     "measure_pattern",
     "measure_plan",
+    "measure_streets",
     "validate_network",
 ]

@@ -11,7 +11,9 @@ from pyproj import CRS
 from shapely.geometry import LineString
 
 from ..errors import InputError
+from ..progress import Progress
 from ..site.crs import layer_crs, working_crs
+from ..site.watch import aside
 from .graph import BoolArray, Chain, FloatArray, IntArray, StreetGraph, build_graph, chains
 
 #: What the field `status` says of streets that are not designed: they were there, or a level of
@@ -81,7 +83,9 @@ class StreetLayer:
         return chains(self.graph, self.designed, sinks)
 
 
-def read_streets(frame: gpd.GeoDataFrame, layer: str) -> StreetLayer:
+def read_streets(
+    frame: gpd.GeoDataFrame, layer: str, progress: Progress | None = None
+) -> StreetLayer:
     """Build the graph of a street layer.
 
     Lines of several parts are taken apart, heights dropped. The fields `status` (existing or
@@ -94,11 +98,15 @@ def read_streets(frame: gpd.GeoDataFrame, layer: str) -> StreetLayer:
         Lines in any CRS; the index holds the feature ids.
     layer
         Name of the layer, for messages.
+    progress
+        Asked for cancellation, or None.
 
     Raises
     ------
     InputError
         If the layer has no CRS or holds other geometry than lines.
+    CancelledError
+        If the caller cancels.
     """
     source = layer_crs(frame, layer)
     geometry = frame.geometry.array
@@ -113,7 +121,8 @@ def read_streets(frame: gpd.GeoDataFrame, layer: str) -> StreetLayer:
             if part.length > 0:
                 lines.append(part)
                 row.append(position)
-    graph = build_graph(lines)
+    shapes = np.array(lines, dtype=object)
+    graph = aside(lambda own: build_graph(own.tolist()), shapes, progress)
     rows = np.array(row, dtype=np.int64)[graph.street]
     labels = [str(label) for label in frame.index]
     used = set(row)

@@ -16,6 +16,7 @@ from ..progress import Progress
 from ..site.crs import layer_crs, working_crs
 from ..site.repair import NO_AREA, Problems, make_valid
 from ..site.watch import aside, in_chunks
+from .parcel_shape import Floats, rectangles
 
 #: Types of geometry that are polygons; a collection may hold some.
 AREAL = (int(shapely.GeometryType.POLYGON), int(shapely.GeometryType.MULTIPOLYGON))
@@ -174,6 +175,33 @@ def largest_parts(shapes: npt.NDArray[Any]) -> npt.NDArray[Any]:
     # what comes later, and is larger, stays
     found[owner[order]] = parts[order]
     return found
+
+
+def block_sizes(polygons: npt.NDArray[Any]) -> tuple[Floats, Floats]:
+    """Width and length of blocks, shape (n,) each, metres.
+
+    Parameters
+    ----------
+    polygons
+        Polygons, shape (n,), metres.
+
+    Returns
+    -------
+    width
+        Area / length, so that a bent or pointed block is not flattered.
+    length
+        Longer side of the smallest enclosing rectangle.
+
+    Examples
+    --------
+    >>> width, length = block_sizes(np.array([shapely.box(0, 0, 150, 72)]))
+    >>> width.tolist(), length.tolist()
+    ([72.0], [150.0])
+    """
+    length = rectangles(polygons)[1].max(axis=1)
+    area = shapely.area(polygons)
+    width = np.divide(area, length, out=np.zeros(len(length)), where=length > 0)
+    return np.round(width, 6), np.round(length, 6)
 
 
 def united(shapes: npt.NDArray[Any], progress: Progress | None = None) -> shapely.Geometry:

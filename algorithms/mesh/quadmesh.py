@@ -138,6 +138,14 @@ class QuadMesh:
         return np.column_stack([keys // n, keys % n])
 
     @cached_property
+    def directed_edges(self) -> tuple[IntArray, IntArray, IntArray]:
+        """Start, end and edge of every edge in both directions, (2 e,) each, by start and end."""
+        start, end = np.vstack([self.edges, self.edges[:, ::-1]]).T
+        order = np.lexsort((end, start))
+        edge = np.tile(np.arange(len(self.edges)), 2)
+        return start[order], end[order], edge[order]
+
+    @cached_property
     def face_edges(self) -> IntArray:
         """Shape (m, 4): the edge on each side; the side opposite to k is (k + 2) % 4."""
         return self._edge_table[1].reshape(-1, 4)

@@ -86,12 +86,14 @@ class Structure:
 
 def graph(problem: NetworkProblem, chosen: BoolArray) -> csr_matrix:
     """Return the symmetric weighted graph of chosen and existing edges; weights are lengths."""
+    start, end, edge = problem.mesh.directed_edges
+    kept = (chosen | problem.existing)[edge]
     n = len(problem.mesh.vertices)
-    pairs = problem.mesh.edges[chosen | problem.existing]
+    row = np.zeros(n + 1, dtype=np.int32)
+    np.cumsum(np.bincount(start[kept], minlength=n), out=row[1:])
     # a zero would count as no edge at all
-    weights = np.maximum(problem.length[chosen | problem.existing], 1e-12)
-    both = (np.concatenate([weights, weights]), np.vstack([pairs, pairs[:, ::-1]]).T)
-    return csr_matrix(both, shape=(n, n))
+    weights = np.maximum(problem.length[edge[kept]], 1e-12)
+    return csr_matrix((weights, end[kept], row), shape=(n, n))
 
 
 def sink_distance(problem: NetworkProblem, chosen: BoolArray) -> FloatArray:

@@ -90,9 +90,32 @@ class RoadLayer:
         self._lines = parts[lines]
         self._names = names[use][origin[lines]]
         self._kinds = kinds[use][origin[lines]]
+        self._rows = np.flatnonzero(use)[origin[lines]]
         inside = np.char.lower(_column(frame, PLACE_COLUMNS).astype(str)) == INSIDE
         self._inside = inside[use][origin[lines]]
         self._bounds = shapely.bounds(self._lines).reshape(-1, 4)
+
+    def everywhere(
+        self, crs: CRS
+    ) -> tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[np.intp]]:
+        """Give all lines as they are, neither noded nor merged.
+
+        Parameters
+        ----------
+        crs
+            Working CRS.
+
+        Returns
+        -------
+        tuple of ndarray
+            Lines in `crs`, their names, their classes and the rows of the layer that they are
+            parts of; each of shape (n,).
+        """
+        lines = self._lines
+        if self.crs != crs and len(lines) > 0:
+            lines = gpd.GeoSeries(lines, crs=self.crs).to_crs(crs).to_numpy()
+        finite = np.all(np.isfinite(shapely.bounds(lines).reshape(-1, 4)), axis=1)
+        return lines[finite], self._names[finite], self._kinds[finite], self._rows[finite]
 
     def near(self, polygon: shapely.Geometry, crs: CRS, reach: float = REACH) -> RoadNetwork:
         """Cut out and node the roads near a site.

@@ -112,9 +112,10 @@ def _straightened(
     used = sorted({v for way in ways for v in way})
     if not used:
         return now
+    still = _Rows(len(start))
+    _stay_rows(still, site, mesh, used, arrivals)
     for turn in range(ROUNDS):
-        rows = _Rows(len(start))
-        _stay_rows(rows, site, mesh, used, arrivals)
+        rows = still.copy()
         for way in ways:
             for a, b, c in zip(way, way[1:], way[2:]):
                 _straight_row(rows, now, a, b, c, sparse_bends=turn > 3)
@@ -135,6 +136,12 @@ class _Rows:
         self.n = n
         self.entries: list[tuple[int, int, float]] = []
         self.right: list[float] = []
+
+    def copy(self) -> _Rows:
+        """Give the same rows, to which others may be added."""
+        other = _Rows(self.n)
+        other.entries, other.right = self.entries.copy(), self.right.copy()
+        return other
 
     def add(self, terms: Sequence[tuple[int, float, float]], right: float, weight: float) -> None:
         """Ask that the sum of cx * x_v + cy * y_v over (v, cx, cy) equals `right`."""
@@ -168,6 +175,8 @@ def _stay_rows(
     arrivals: Mapping[int, tuple[float, float]],
 ) -> None:
     """Hold vertices near their place; on the boundary they may only slide."""
+    edge = [v for v in used if mesh.boundary_vertices[v]]
+    along = dict(zip(edge, _along_edge(site, mesh.vertices[edge], EDGE_LOOK).tolist()))
     for v in used:
         x, y = mesh.vertices[v].tolist()
         if not mesh.boundary_vertices[v]:
@@ -176,7 +185,7 @@ def _stay_rows(
             continue
         # sliding along a curved outline would leave it: only straight stretches may slide
         slide = 2 * STAY if v not in arrivals and not mesh.fixed[v] else 50.0
-        tx, ty = _along_edge(site, mesh.vertices[v], EDGE_LOOK)
+        tx, ty = along[v]
         rows.add([(v, -ty, tx)], -ty * x + tx * y, 50.0)
         rows.add([(v, tx, ty)], tx * x + ty * y, slide)
 
@@ -231,24 +240,33 @@ def _edge_rows(
     stay: Container[int],
 ) -> None:
     """Turn streets that end at the edge of the site square to it; their ends slide along it."""
-    for way in ways:
-        for end, nxt in ((way[0], way[1]), (way[-1], way[-2])):
-            if not mesh.boundary_vertices[end] or end in stay or mesh.fixed[end]:
-                continue
-            tx, ty = _along_edge(site, now[end], EDGE_LOOK)
-            leg = now[nxt] - now[end]
-            if abs(float(leg @ (tx, ty))) < 0.75 * (float(np.hypot(*leg)) or 1.0):
-                rows.add([(nxt, tx, ty), (end, -tx, -ty)], 0.0, EDGE_SQUARE)
+    legs = [
+        (end, nxt)
+        for way in ways
+        for end, nxt in ((way[0], way[1]), (way[-1], way[-2]))
+        if mesh.boundary_vertices[end] and end not in stay and not mesh.fixed[end]
+    ]
+    along = _along_edge(site, now[[end for end, _ in legs]], EDGE_LOOK).tolist()
+    for (end, nxt), (tx, ty) in zip(legs, along):
+        leg = now[nxt] - now[end]
+        if abs(float(leg @ (tx, ty))) < 0.75 * (float(np.hypot(*leg)) or 1.0):
+            rows.add([(nxt, tx, ty), (end, -tx, -ty)], 0.0, EDGE_SQUARE)
 
 
-def _along_edge(site: Site, xy: FloatArray, look: float) -> tuple[float, float]:
-    """Give the unit vector along the edge of the site near a place, over twice this length."""
-    here = shapely.Point(xy)
-    ring = min([site.polygon.exterior, *site.polygon.interiors], key=here.distance)
-    along = ring.project(here)
-    a, b = (np.array(ring.interpolate((along + d) % ring.length).coords[0]) for d in (-look, look))
-    tx, ty = ((b - a) / (np.hypot(*(b - a)) or 1.0)).tolist()
-    return tx, ty
+def _along_edge(site: Site, xy: FloatArray, look: float) -> FloatArray:
+    """Give unit vectors along the edge of the site near places (k, 2), over twice this length."""
+    if not len(xy):
+        return np.zeros((0, 2))
+    here = shapely.points(xy)
+    rings = np.array([site.polygon.exterior, *site.polygon.interiors], dtype=object)
+    ring = rings[shapely.distance(here[:, None], rings[None, :]).argmin(axis=1)]
+    at, length = shapely.line_locate_point(ring, here), shapely.length(ring)
+    a, b = (
+        shapely.get_coordinates(shapely.line_interpolate_point(ring, (at + d) % length))
+        for d in (-look, look)
+    )
+    size = np.hypot(*(b - a).T)[:, None]
+    return np.asarray((b - a) / np.where(size > 0, size, 1.0))
 
 
 def _drawn(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,11 +67,23 @@ def block_size(polygon: Polygon) -> tuple[float, float]:
     >>> block_size(shapely.box(0, 0, 150, 72))
     (72.0, 150.0)
     """
-    box = shapely.minimum_rotated_rectangle(polygon)
-    corners = shapely.get_coordinates(box)
-    sides = np.hypot(*np.diff(corners[:3], axis=0).T) if len(corners) >= 3 else np.zeros(1)
-    length = float(sides.max())
-    return (round(float(polygon.area) / length, 6) if length > 0 else 0.0, round(length, 6))
+    return block_sizes([polygon])[0]
+
+
+def block_sizes(polygons: Sequence[Polygon]) -> list[tuple[float, float]]:
+    """Width and length of each of many blocks in metres, see `Block`."""
+    boxes = shapely.minimum_rotated_rectangle(np.array(polygons, dtype=object))
+    counts = shapely.get_num_coordinates(boxes)
+    corners = shapely.get_coordinates(boxes)
+    first = np.cumsum(counts) - counts
+    lengths = np.zeros(len(boxes))
+    flat = counts < 3
+    a, b, c = (corners[first[~flat] + i] for i in range(3))
+    lengths[~flat] = np.maximum(np.hypot(*(b - a).T), np.hypot(*(c - b).T))
+    return [
+        (round(area / length, 6) if length > 0 else 0.0, round(length, 6))
+        for area, length in zip(shapely.area(polygons).tolist(), lengths.tolist())
+    ]
 
 
 def reach_edge(site: Site, xy: tuple[float, float], from_xy: tuple[float, float]) -> LineString:

@@ -16,13 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 from shapely.geometry import LineString, Polygon
-from shapely.ops import split
 
 from ..network.problem import FloatArray
 from ..network.specification import Specification
 from ..progress import Progress, Silent
 from ..site.types import AccessPoint
-from .blocks import SCRAP, Block, block_size
+from .blocks import SCRAP, Block, block_size, block_sizes
 from .chords import Chords, Joint, chords
 from .fitting import GOOD_FROM, TOO_THIN, TOO_WIDE
 
@@ -141,8 +140,8 @@ class _Cutter:
         ways = ways.take(ways.arrival >= 0)
         before = self._misfit(polygon)
         best: tuple[float, int, list[Polygon]] | None = None
-        for k in range(len(ways)):
-            parts = cut(polygon, ways.line(k))
+        halves = cut_each(polygon, ways.start, ways.end)
+        for k, parts in enumerate(halves):
             if len(parts) != 2:
                 continue
             after = [self._misfit(part) for part in parts]
@@ -164,11 +163,12 @@ class _Cutter:
             return
         ways = self._ways(polygon)
         best: tuple[float, int, list[Polygon]] | None = None
-        for k in range(len(ways)):
-            parts = cut(polygon, ways.line(k))
+        halves = cut_each(polygon, ways.start, ways.end)
+        size_of = iter(block_sizes([part for parts in halves for part in parts]))
+        for k, parts in enumerate(halves):
+            sizes = [next(size_of) for _ in parts]
             if len(parts) != 2:
                 continue
-            sizes = [block_size(part) for part in parts]
             # where blocks are to be hardly longer than wide, halves may be worse than the whole
             if sum(self._strain(*size) for size in sizes) / 2 >= self._strain(width, length):
                 continue
@@ -256,8 +256,35 @@ def _holes(polygon: Polygon) -> list[Polygon]:
 
 def cut(polygon: Polygon, line: LineString) -> list[Polygon]:
     """Cut a block along a line that runs right across it; scraps are left out."""
-    (x0, y0), (x1, y1) = line.coords[0], line.coords[-1]
-    size = line.length or 1.0
-    dx, dy = (x1 - x0) / size * 0.2, (y1 - y0) / size * 0.2
-    longer = LineString([(x0 - dx, y0 - dy), (x1 + dx, y1 + dy)])
-    return [part for part in split(polygon, longer).geoms if part.area > SCRAP]
+    ends = np.array(line.coords)[[0, -1]]
+    return cut_each(polygon, ends[:1], ends[1:])[0]
+
+
+def cut_each(polygon: Polygon, start: FloatArray, end: FloatArray) -> list[list[Polygon]]:
+    """Cut a block along each of k straight ways that run right across it.
+
+    Parameters
+    ----------
+    polygon
+        The block.
+    start, end
+        Shape (k, 2). Ends of the ways, metres.
+
+    Returns
+    -------
+    list of list of Polygon
+        What each way alone makes of the block; scraps are left out.
+    """
+    size = shapely.length(shapely.linestrings(np.stack([start, end], axis=1)))[:, None]
+    beyond = (end - start) / np.where(size > 0, size, 1.0) * 0.2
+    longer = shapely.linestrings(np.stack([start - beyond, end + beyond], axis=1))
+    noded = shapely.union(polygon.boundary, longer)
+    parts, way = shapely.get_parts(shapely.polygonize(noded[:, None]), return_index=True)
+    # what is enclosed may be a hole of the block
+    shapely.prepare(polygon)
+    good = shapely.contains(polygon, shapely.point_on_surface(parts))
+    good &= shapely.area(parts) > SCRAP
+    pieces: list[list[Polygon]] = [[] for _ in range(len(start))]
+    for k, part in zip(way[good].tolist(), parts[good]):
+        pieces[k].append(part)
+    return pieces

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from .candidatemesh import CandidateMesh
 from .designstreets import DesignStreets
+from .growstreets import GrowStreets
 from .installdependencies import InstallDependencies
 from .measuredesign import MeasureDesign
 from .measurelanduse import MeasureLandUse
 from .measureparcels import MeasureParcels
+from .measurestreets import MeasureStreets
 from .optimiselayout import OptimiseLayout
 from .osmboundary import OsmBoundary
 from .osmlayers import OsmLayers
@@ -24,6 +26,7 @@ TOOLS = (
     PrepareSite,
     CandidateMesh,
     DesignStreets,
+    GrowStreets,
     SmoothStreets,
     SplitSite,
     ParcelBlocks,
@@ -31,6 +34,7 @@ TOOLS = (
     ResplitLayout,
     ValidateNetwork,
     MeasureDesign,
+    MeasureStreets,
     MeasureParcels,
     MeasureLandUse,
     InstallDependencies,

@@ -95,7 +95,12 @@ def test_pip_builds_the_library_without_the_plugin(tmp_path):
     expected = {
         f"platwright/{p.relative_to(ROOT / 'algorithms')}" for p in python_files("algorithms")
     }
-    data = {"platwright/py.typed", "platwright/parcels/templates/library.gpkg"}
+    grammars = (ROOT / "algorithms" / "growth" / "grammars").glob("*.json")
+    data = {
+        "platwright/py.typed",
+        "platwright/parcels/templates/library.gpkg",
+        *(f"platwright/growth/grammars/{path.name}" for path in grammars),
+    }
     assert code == expected | data
     assert any(n.endswith("licenses/LICENSE") for n in names)
 

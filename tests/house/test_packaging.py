@@ -273,6 +273,7 @@ def test_nothing_that_scanners_refuse_in_shipped_code():
     assert not wrong, "\n".join(wrong)
 
 
+@pytest.mark.slow
 def test_the_security_scanner_finds_nothing():
     pytest.importorskip("bandit", reason="bandit is not installed")
     done = subprocess.run(

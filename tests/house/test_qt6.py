@@ -26,7 +26,7 @@ FILES = [ROOT / "__init__.py", *python_files("plugin")]
 #: Chains that are only reached on Qt 5 -> why.
 ONLY_QT5 = {
     f"plugin/compat.py QVariant.Type.{kind}": "types of fields before QGIS 3.38, all on Qt 5"
-    for kind in ("Int", "Double", "String", "Bool")
+    for kind in ("Int", "Double", "String", "Bool", "DateTime")
 }
 
 

@@ -112,7 +112,10 @@ def test_solve_returns_the_optimum(small, solver, data):
     assert not [v for v in check_design(problem, design.active) if v.hard]
 
 
-@pytest.mark.parametrize("seed", range(0, 150, 5))
+@pytest.mark.parametrize(
+    "seed",
+    [*range(0, 50, 5), *(pytest.param(s, marks=pytest.mark.slow) for s in range(50, 150, 5))],
+)
 def test_streets_farther_than_any_new_vertex_stay_usable(small, seed):
     # the best design bounds the distances of its own vertices, not of existing streets
     for s in range(seed, seed + 5):
@@ -146,7 +149,9 @@ def small_weight(weight, weight_length):
     )
 
 
-@pytest.mark.parametrize("weight", [0.012345, 0.001, 1e-5, 1e-8])
+@pytest.mark.parametrize(
+    "weight", [0.012345, 0.001, 1e-5, pytest.param(1e-8, marks=pytest.mark.slow)]
+)
 def test_small_weights_of_distance_do_not_vanish(weight):
     # without other costs any weight leaves the same design
     plain = solve(small_weight(1.0, 0.0), time_limit=30)

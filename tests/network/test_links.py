@@ -226,7 +226,7 @@ def test_listed_paths_and_flow_say_the_same(small, data):
 
 
 @pytest.mark.parametrize("solver", ["cpsat", "highs"])
-@settings(FEW, max_examples=12)
+@settings(FEW, max_examples=9)
 @given(data=st.data())
 def test_solve_returns_the_optimum(small, solver, data):
     problem = draw_problem(small, data)

@@ -78,7 +78,7 @@ def test_designs_on_random_meshes_pass_the_checker(small, data):
     rng = np.random.default_rng(data.draw(st.integers(0, 99)))
     problem = dataclasses.replace(problem, length=rng.uniform(0.7, 1.4, len(mesh.edges)))
     with contextlib.suppress(InfeasibleError):
-        check(problem, solve(problem, time_limit=0.7))
+        check(problem, solve(problem, time_limit=0.5))
 
 
 def test_a_start_outlives_a_run_that_is_cancelled_at_once():
@@ -105,13 +105,14 @@ def test_reasons_are_left_out_on_request():
 @pytest.mark.parametrize("scenario", ["boundary", "one sink", "inner"])
 def test_paper_size_has_a_design_within_two_seconds(scenario):
     problem = paper_problem(PAPER_MESHES[660](), scenario)
-    design = solve(problem, time_limit=3.0)
+    design = solve(problem, time_limit=3.0, gap=0.6)
     check(problem, design)
     # generous, for busy machines: it takes well under a second
     assert design.history[0][0] < 3.0
     assert design.bound > 0
 
 
+@pytest.mark.slow
 def test_figure_2a_of_the_paper_is_found():
     problem = paper_problem(PAPER_MESHES[312]())
     design = solve(problem, time_limit=20.0, gap=0.16)
@@ -125,7 +126,7 @@ def test_figure_2a_of_the_paper_is_found():
 @pytest.mark.parametrize("solver", ["cpsat", "highs"])
 def test_cancelling_takes_less_than_a_second_and_keeps_the_design(rules, solver):
     problem = paper_problem(grid(20, 18), **rules)
-    progress = Recorder(cancel_after=1.5)
+    progress = Recorder(cancel_after=1.0)
     design = solve(problem, time_limit=60.0, solver=solver, progress=progress)
     late = time.monotonic() - progress.asked_at
     assert late < PROMPT
@@ -140,7 +141,7 @@ def test_cancelling_does_not_wait_for_other_solvers():
     if not others:
         pytest.skip("PuLP brings no other solver here")
     problem = paper_problem(grid(14, 14))
-    progress = Recorder(cancel_after=2.0)
+    progress = Recorder(cancel_after=1.0)
     design = solve(problem, time_limit=20.0, solver=others[0], progress=progress)
     assert time.monotonic() - progress.end < PROMPT
     assert design.stopped == "cancelled"
@@ -200,9 +201,9 @@ def failing_bound(monkeypatch):
 @pytest.mark.usefixtures("failing_bound")
 @pytest.mark.parametrize("solver", ["cpsat", "highs"])
 def test_a_failing_bound_keeps_the_design_and_warns(solver):
-    problem = paper_problem(PAPER_MESHES[535]())
+    problem = paper_problem(PAPER_MESHES[312]())
     progress = Warned()
-    design = solve(problem, time_limit=2.0, solver=solver, progress=progress)
+    design = solve(problem, time_limit=1.5, solver=solver, progress=progress)
     check(problem, design)
     assert len(progress.warnings) == 1
     assert "no room for the proof" in progress.warnings[0]
@@ -272,7 +273,7 @@ def test_highs_alone_does_everything():
     check(problem, design)
     assert design.stopped == "optimal"
     inner = paper_problem(grid(9, 9), "inner", weight_distance=0.2)
-    check(inner, solve(inner, time_limit=4.0))
+    check(inner, solve(inner, time_limit=20.0, gap=0.6))
     with pytest.raises(MissingDependencyError, match="ortools"):
         solve(problem, time_limit=5.0, solver="cpsat")
     with pytest.raises(InfeasibleError, match="coverage within 1 edges"):

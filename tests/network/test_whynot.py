@@ -173,7 +173,7 @@ def test_diagnoses_are_all_there_is(small, block):
 
 
 def test_highs_finds_the_same(small):
-    for problem, table in impossible_problems(small, range(1000, 1012)):
+    for problem, table in impossible_problems(small, range(1000, 1007)):
         check_diagnosis(problem, table, diagnose(problem, by_cp=False, seconds=60.0))
 
 

@@ -254,7 +254,7 @@ def test_areas_in_whose_midst_the_polygon_lies():
 )
 def test_a_broken_server_is_a_sentence(site, settings, broken, text):
     with pytest.raises(ServiceError, match=text):
-        osm_layers(site, settings=settings(broken, timeout=1.5))
+        osm_layers(site, settings=settings(broken, timeout=0.6 if broken == "hang" else 1.5))
 
 
 def test_nothing_there(settings, extract, tmp_path):

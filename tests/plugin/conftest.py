@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -16,6 +17,18 @@ FOLDER = "odd_Name_7"
 
 # The helpers beside this file are imported by their bare name.
 sys.path.insert(0, str(Path(__file__).parent))
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Leave files for QGIS unread in a run without it, unless named: reading takes seconds."""
+    here = Path(__file__).parent
+    named = any(
+        here in (path := Path(arg.split("::")[0]).resolve(), *path.parents) for arg in config.args
+    )
+    if named or collection_path.suffix != ".py" or "not qgis" not in config.option.markexpr:
+        return None
+    text = collection_path.read_text(encoding="utf-8")
+    return True if re.search(r"^pytestmark = (\[[^]]*)?pytest\.mark\.qgis", text, re.M) else None
 
 
 @pytest.fixture(scope="session")

@@ -118,6 +118,22 @@ def test_parcels_and_land_use_are_measured(qgis_process, big_site, tmp_path):
     assert [r["land_use"] for r in rows(table)] == ["streets", "parcels", "parks", "other", "all"]
 
 
+def test_streets_are_measured(qgis_process, sample, tmp_path):
+    """With the packages bound to their own libraries beside those of QGIS."""
+    files = {key: tmp_path / f"{key.lower()}.gpkg" for key in ("OUTPUT", "JUNCTIONS", "PROBLEMS")}
+    natural = tmp_path / "natural.gpkg"
+    given = f"{sample}|layername=streets"
+    said = qgis_process(*tool("measurestreets", INPUT=given, NATURAL_STREETS=natural, **files))
+    assert "Number of segments" in said
+    streets = rows(files["OUTPUT"])
+    assert len(streets) == len(rows(given))
+    assert all(row["length_m"] > 0 for row in streets)
+    ids = {row["natural_id"] for row in rows(natural)}
+    assert {row["natural_id"] for row in streets} <= ids
+    kinds = {row["kind"] for row in rows(files["JUNCTIONS"])}
+    assert {"T", "dead end"} <= kinds
+
+
 def test_the_tools_are_listed_and_explained(qgis_process):
     said = qgis_process("list")
     for name in ("preparesite", "candidatemesh", "designstreets", "validatenetwork"):

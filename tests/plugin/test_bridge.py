@@ -165,6 +165,23 @@ def test_values_are_cast_and_nan_becomes_null(package, provider):
     assert second == [2, NULL, NULL, False, 2.0, NULL]
 
 
+def test_moments_have_no_time_zone_and_none_becomes_null(package, provider):
+    import datetime
+
+    import pandas
+    from qgis.PyQt.QtCore import QDate, QDateTime, Qt, QTime
+
+    bridge, compat = package("plugin.bridge"), package("plugin.compat")
+    column = pandas.Series(["2000-01-31T06:30:15", None], dtype="datetime64[ms]")
+    first, second = bridge._cast(column.tolist(), "date and time")
+    assert first == QDateTime(QDate(2000, 1, 31), QTime(6, 30, 15))
+    assert first.timeSpec() == Qt.TimeSpec.LocalTime
+    assert second is None
+    field = compat.make_field("appeared", "date and time")
+    assert field.isDateOrTime()
+    assert bridge._plain(first) == datetime.datetime(2000, 1, 31, 6, 30, 15)
+
+
 def test_search_lines_are_rationed_but_the_last_one_is_told(package):
     state = package("algorithms.progress").SearchState
     listener = Listener()
@@ -191,7 +208,10 @@ def test_every_style_fits_its_layer(package, provider):
     from qgis.core import QgsExpression, QgsVectorLayer
 
     styles, fields = package("plugin.styles"), package("plugin.fields")
-    every = {**vars(fields), **vars(package("plugin.parcel_fields"))}
+    modules = ("plugin.parcel_fields", "plugin.growth_fields", "plugin.street_fields")
+    every = dict(vars(fields))
+    for name in modules:
+        every |= vars(package(name))
     kinds = [k for k in every.values() if isinstance(k, fields.LayerKind)]
     tables = [k for k in kinds if not k.style]
     assert all(k.geometry == "NoGeometry" for k in tables)

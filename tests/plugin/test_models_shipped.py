@@ -22,7 +22,10 @@ from support import FailedError, Listener, RefusedError, layer, line, roads, sit
 environment = binary.environment
 qgis_process = binary.qgis_process
 
-NAMES = ("comparedesigns", "parcelstodesign", "placetodesign", "streetsandparcels")
+NAMES = (
+    "comparedesigns", "growstreetsandparcels", "parcelstodesign", "placetodesign",
+    "streetsandparcels",
+)  # fmt: skip
 #: What saved settings and other models may depend on.
 KEYS = {
     "placetodesign": {
@@ -44,6 +47,14 @@ KEYS = {
         "DEEP_BLOCKS", "PRESET", "SINK_MODE", "TIME_LIMIT", "SNAP_DISTANCE", "site:SITE",
         "site:PROBLEMS", "streets:STREETS", "streets:PROBLEMS", "parcels:PARCELS",
         "parcels:BLOCKS", "parcels:STREET_SPACE", "parcels:PROBLEMS",
+    },
+    "growstreetsandparcels": {
+        "INPUT", "ROADS", "OBSTACLES", "GRAMMAR", "SCALE", "SEED", "PARCEL_WIDTH", "PARCEL_DEPTH",
+        "LARGEST_BLOCK", "GRAMMAR_FILE", "MAX_LENGTH", "EDGE", "DEAD_ENDS", "INNER_ROADS",
+        "METHOD", "DEEP_BLOCKS",
+        "SNAP_DISTANCE", "site:SITE", "site:PROBLEMS", "streets:STREETS", "streets:NODES",
+        "streets:PROBLEMS", "parcels:PARCELS", "parcels:BLOCKS", "parcels:STREET_SPACE",
+        "parcels:PROBLEMS", "measures:HISTOGRAM",
     },
     "comparedesigns": {
         "FIRST", "SECOND", "SITE", "ROADS", "OBSTACLES", "BLOCK_WIDTH", "SNAP_DISTANCE",
@@ -82,7 +93,10 @@ def test_keys_stay(model):
 def test_every_step_is_known_and_its_packages_are_there(model):
     good, text = model.canExecute()
     assert good, text
-    assert {"shapely", "geopandas", "networkx"} <= set(model.needs)
+    assert {"shapely", "geopandas"} <= set(model.needs)
+    steps = {child.algorithmId() for child in model.childAlgorithms().values()}
+    if "platwright:designstreets" in steps:
+        assert "networkx" in model.needs
 
 
 def test_missing_packages_are_said(model, package, monkeypatch):
@@ -149,6 +163,16 @@ def test_streets_and_parcels_of_a_site(toolbox):
     assert len(lots) > 50
     assert all(row["access"] for row in lots)
     assert any(row["status"] == "new" for row in run.rows("streets:STREETS"))
+
+
+def test_streets_and_parcels_of_a_site_grown(toolbox):
+    run = toolbox.run("growstreetsandparcels", INPUT=site(), ROADS=roads(), GRAMMAR="grid")
+    parcels, space = run.rows("parcels:PARCELS"), run.rows("parcels:STREET_SPACE")
+    land = sum(row["area_m2"] for row in [*parcels, *space])
+    assert land == pytest.approx(sum(row["area_m2"] for row in run.rows("site:SITE")), rel=1e-3)
+    assert len([row for row in parcels if row["land_use"] == "parcel"]) > 40
+    assert any(row["status"] == "new" for row in run.rows("streets:STREETS"))
+    assert {row["measure"] for row in run.rows("measures:HISTOGRAM")} >= {"p_angle", "p_area"}
 
 
 def test_choices_may_be_numbers(toolbox):

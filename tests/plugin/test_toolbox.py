@@ -32,6 +32,14 @@ KEYS = {
         "LEVELS", "TIME_LIMIT", "GAP", "SEED", "SOLVER",
         "STREETS", "JUNCTIONS", "BLOCKS", "PROBLEMS",
     },
+    "growstreets": {
+        "INPUT", "ROADS", "OBSTACLES", "START_POINTS", "GRAMMAR", "SCALE",
+        "LARGEST_BLOCK", "MAX_LENGTH", "MAX_SEGMENTS", "POPULATION", "PEOPLE", "ITERATIONS",
+        "SEED", "GRAMMAR_FILE", "EDGE",
+        "OBSTACLE_EDGE", "DEAD_ENDS", "INTERSECT_RADIUS", "CLEARANCE", "MIN_ANGLE", "DIRECTION",
+        "AS_PUBLISHED", "SNAP_DISTANCE", "INNER_ROADS", "CRS",
+        "STREETS", "NODES", "ROADS_MERGED", "BLOCKS", "PROBLEMS", "STEPS",
+    },
     "smoothstreets": {
         "INPUT", "SITE", "OBSTACLES", "FIXED_POINTS", "SHAPE", "STRENGTH", "MAX_MOVE",
         "FILLET_RADIUS", "FILLET_ANGLE", "SQUARE_JUNCTIONS", "SLIDING_ENDS", "STREETS", "PROBLEMS",
@@ -74,6 +82,10 @@ KEYS = {
         "INPUT", "SITE", "BOUNDARY_STREETS", "ACCESS_POINTS", "OBSTACLES", "BLOCK_WIDTH", "NAME",
         "FIGURES",
     },
+    "measurestreets": {
+        "INPUT", "SITE", "MAX_TURN", "WIDTH_FIELD", "WIDTH", "CENTRALITY", "EXACT", "SOURCES",
+        "SEED", "OUTPUT", "NATURAL_STREETS", "JUNCTIONS", "PROBLEMS",
+    },
     "measureparcels": {
         "INPUT", "STREETS", "SITE", "PARCEL_WIDTH", "PARCEL_DEPTH", "SIMPLIFY", "STREET_DISTANCE",
         "USE_FIELD", "OUTPUT", "HISTOGRAM", "PROBLEMS", "HISTOGRAM_HTML",
@@ -94,6 +106,10 @@ NUMBERS = {
     "designstreets": {
         "TOTAL_LENGTH", "MEAN_DISTANCE", "MAX_DISTANCE", "OBJECTIVE", "BOUND", "ACHIEVED_GAP",
         "SECONDS", "VIOLATIONS",
+    },
+    "growstreets": {
+        "SEGMENTS", "NODE_COUNT", "ROAD_COUNT", "TOTAL_LENGTH", "POPULATION_REACHED",
+        "ITERATIONS_DONE", "BLOCK_COUNT", "DEAD_ENDS_LEFT", "LEFT_OUT", "SECONDS", "STOPPED",
     },
     "smoothstreets": {
         "ANGLE_BEFORE", "ANGLE_AFTER", "ANGLE_P90_BEFORE", "ANGLE_P90_AFTER", "BENDS_BEFORE",
@@ -116,6 +132,15 @@ NUMBERS = {
     "resplitlayout": {"CHOSEN", "MADE", "KEPT"},
     "validatenetwork": {"VIOLATIONS"},
     "measuredesign": {"LENGTH_M", "BLOCKS", "BLOCK_WIDTH_M", "VIOLATIONS"},
+    "measurestreets": {
+        "AREA_KM2", "LENGTH_KM", "STREET_KM_KM2", "SEGMENTS", "SEGMENT_MEAN", "INTERSECTIONS",
+        "INTERSECTIONS_KM2", "THREE_WAY", "FOUR_WAY", "FIVE_WAY", "T_PCT", "Y_PCT", "X_PCT",
+        "DEAD_ENDS", "DEAD_ENDS_KM2", "DEAD_ENDS_PCT", "BLOCKS", "BLOCK_MEAN_HA",
+        "BLOCK_MEDIAN_HA", "BLOCK_MAX_HA", "ENTROPY", "ORDER", "ENTROPY_LENGTH", "ORDER_LENGTH",
+        "SINUOSITY", "CIRCUITY", "ROADS_PCT", "NATURAL_COUNT", "NATURAL_MAX", "HT_INDEX",
+        "LIVABILITY", "BETWEENNESS_MEAN", "BETWEENNESS_MAX", "CLOSENESS_MEAN", "COMPONENTS",
+        "LARGEST_PCT", "MESHEDNESS", "BETA", "GAMMA", "CROSSINGS",
+    },
     "measureparcels": {
         "COUNT", "PER_KM2", "P_ANGLE", "P_AREA", "P_IDEAL", "P_SIMILARITY", "UNDESIRABLE",
         "ACCESS_PCT", "CV_AREA",
@@ -137,6 +162,9 @@ UNITS = {
     "REACH": "(m)",
     "MAX_MOVE": "(m)",
     "FILLET_RADIUS": "(m)",
+    "SCALE": "(m)",
+    "MAX_LENGTH": "(m)",
+    "MIN_ANGLE": "(degrees)",
     "FILLET_ANGLE": "(degrees)",
     "STRENGTH": "(percent)",
     "PARCEL_WIDTH": "(m)",
@@ -166,6 +194,7 @@ def test_groups_follow_the_order_of_the_work(provider):
         "preparesite": "1 Site",
         "candidatemesh": "1 Site",
         "designstreets": "2 Streets",
+        "growstreets": "2 Streets",
         "smoothstreets": "2 Streets",
         "splitsite": "3 Parcels",
         "parcelblocks": "3 Parcels",
@@ -173,6 +202,7 @@ def test_groups_follow_the_order_of_the_work(provider):
         "resplitlayout": "3 Parcels",
         "validatenetwork": "6 Measure",
         "measuredesign": "6 Measure",
+        "measurestreets": "6 Measure",
         "measureparcels": "6 Measure",
         "measurelanduse": "6 Measure",
         "installdependencies": "9 Set-up",

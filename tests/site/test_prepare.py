@@ -205,8 +205,8 @@ def test_many_roads_and_obstacles_take_seconds(scene):
     step = rng.normal(size=(100_000, 2)) * 40
     lines = shapely.linestrings(np.stack([start, start + step], axis=1) + origin)
     roads = gpd.GeoDataFrame(geometry=lines, crs=25832)
-    ponds = gpd.GeoDataFrame(geometry=shapely.buffer(shapely.points(start), 6), crs=25832)
-    ponds = ponds.set_geometry(ponds.translate(500_000, 5_400_000))
+    round_ponds = shapely.buffer(shapely.points(start + origin), 6, quad_segs=2)
+    ponds = gpd.GeoDataFrame(geometry=round_ponds, crs=25832)
     (site,) = prepare_sites(scene.site_frame(), roads, ponds).sites
     near = int(np.sum(np.all((start > 0) & (start < [200, 100]), axis=1)))
     assert len(site.obstacles) >= near > 5

@@ -36,13 +36,13 @@ def make_site(
     )
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def square() -> Site:
     """288 m x 288 m: four by four blocks of 72 m, streets all round."""
     return make_site(shapely.box(0, 0, 288, 288))
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def field() -> Site:
     """432 m x 288 m with a street along the south side only."""
     south = LineString([(0, 0), (432, 0)])

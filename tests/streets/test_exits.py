@@ -93,8 +93,8 @@ def test_sub_regions_share_the_exits_of_the_site():
 
 
 def test_the_checker_counts_exits_of_a_divided_site_at_its_edge():
-    site = make_site(shapely.box(0, 0, 720, 360), streets=ring_road(720, 360))
-    given = LineString([(300, 0), (300, 360)])
+    site = make_site(shapely.box(0, 0, 576, 288), streets=ring_road(576, 288))
+    given = LineString([(240, 0), (240, 288)])
     spec = Specification(exits=3, levels=1, gap=0.5, time_limit=3.0)
     plan = design_streets([site], spec, wishes=Wishes(given={1: [given]}))
     streets = plan_layers(plan)["streets"].set_index("street_id", drop=False)

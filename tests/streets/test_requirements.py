@@ -65,7 +65,7 @@ def test_no_more_exits_than_asked(rules, levels):
 
 @pytest.mark.parametrize("levels", [1, 2])
 def test_the_length_budget_is_kept(levels):
-    site = make_site(shapely.box(0, 0, 432, 360))
+    site = make_site(shapely.box(0, 0, 432, 288))
     free = plan_of(site, Specification(levels=levels, gap=0.3))
     whole = sum(s.line.length for s in free.segments)
     plan = plan_of(site, Specification(levels=levels, length_budget=0.6 * whole, gap=0.3))
@@ -76,19 +76,19 @@ def test_the_length_budget_is_kept(levels):
 
 @pytest.mark.parametrize("levels", [1, 2])
 def test_no_junction_is_farther_from_an_exit_than_asked(levels):
-    site = make_site(shapely.box(0, 0, 432, 432), frontage=[LineString([(0, 0), (432, 0)])])
-    spec = dataclasses.replace(PAPER, levels=levels, max_distance=600.0)
+    site = make_site(shapely.box(0, 0, 324, 324), frontage=[LineString([(0, 0), (324, 0)])])
+    spec = dataclasses.replace(PAPER, levels=levels, max_distance=450.0)
     plan = plan_of(site, spec)
     sinks = set(np.flatnonzero(plan.network.ground.sinks).tolist())
     graph = graph_of(plan)
     far = nx.multi_source_dijkstra_path_length(graph, sinks & set(graph), weight="length")
     ends = set(plan.network.ground.mesh.edges[chosen(plan)].ravel().tolist())
-    assert max(far[v] for v in ends) <= 600.0 + 1e-3
+    assert max(far[v] for v in ends) <= 450.0 + 1e-3
 
 
 def test_links_make_ways_within_the_site_short():
-    site = make_site(shapely.box(0, 0, 432, 432))
-    within = dataclasses.replace(PAPER, traffic="within", patch_size=144.0)
+    site = make_site(shapely.box(0, 0, 324, 324))
+    within = dataclasses.replace(PAPER, traffic="within", patch_size=108.0)
     plan = plan_of(site, within)
     links = [r for s in plan.network.solved for r in s.problem.requirements if r.kind == "link"]
     assert len(links) >= 6
@@ -118,17 +118,17 @@ def test_a_patch_that_is_missing_is_named():
 
 
 def test_traffic_through_the_site_has_a_route_without_branches():
-    site = make_site(shapely.box(0, 0, 432, 432))
-    route = LineString([(144, -5), (200, 200), (144, 440)])
+    site = make_site(shapely.box(0, 0, 324, 324))
+    route = LineString([(108, -5), (150, 150), (108, 330)])
     spec = dataclasses.replace(PAPER, traffic="through", detour=0.0)
     plan = plan_of(site, spec, preferences=Preferences(routes=[(route, 9)]))
     graph = graph_of(plan, existing=False)
     xy = plan.network.ground.mesh.vertices
-    start = min(exits_of(plan), key=lambda v: np.hypot(*(xy[v] - (144, 0))))
-    end = min(exits_of(plan), key=lambda v: np.hypot(*(xy[v] - (144, 432))))
+    start = min(exits_of(plan), key=lambda v: np.hypot(*(xy[v] - (108, 0))))
+    end = min(exits_of(plan), key=lambda v: np.hypot(*(xy[v] - (108, 324))))
     path = nx.shortest_path(graph, start, end)
     assert all(graph.degree(v) == 2 for v in path[1:-1])
-    assert sum(graph[u][v]["length"] for u, v in zip(path, path[1:])) < 440
+    assert sum(graph[u][v]["length"] for u, v in zip(path, path[1:])) < 332
 
 
 def test_a_route_that_ends_inside_is_refused():
@@ -196,23 +196,23 @@ def test_without_a_drawn_route_one_leads_where_one_can():
 
 def test_links_across_a_kept_street_are_asked_of_both_sides():
     """The street divides the site into blocks; where links join them these are one program."""
-    kept = BoundaryStreet(LineString([(216, 0), (216, 432)]))
-    site = make_site(shapely.box(0, 0, 432, 432), inner=(kept,))
-    within = dataclasses.replace(PAPER, traffic="within", patch_size=144.0)
+    kept = BoundaryStreet(LineString([(144, 0), (144, 324)]))
+    site = make_site(shapely.box(0, 0, 324, 324), inner=(kept,))
+    within = dataclasses.replace(PAPER, traffic="within", patch_size=108.0)
     plan = plan_of(site, within)
     (solved,) = plan.network.solved
     links = [r for r in solved.problem.requirements if r.kind == "link"]
     x = plan.network.ground.mesh.vertices[:, 0]
-    assert any((x[r.start] - 216) * (x[r.end] - 216) < 0 for r in links)
+    assert any((x[r.start] - 144) * (x[r.end] - 144) < 0 for r in links)
     graph = graph_of(plan)
     for link in links:
         assert nx.shortest_path_length(graph, link.start, link.end) <= link.limit
 
 
 def test_links_of_a_divided_site_are_told_to_stay_inside_its_parts():
-    site = make_site(shapely.box(0, 0, 720, 360))
+    site = make_site(shapely.box(0, 0, 576, 288))
     told = Told()
-    wishes = Wishes(given={1: [LineString([(300, 0), (300, 360)])]})
+    wishes = Wishes(given={1: [LineString([(240, 0), (240, 288)])]})
     spec = Specification(traffic="within", gap=0.5, levels=1, time_limit=4.0)
     design_streets([site], spec, wishes=wishes, progress=told)
     assert any("inside each of its 2 sub-regions" in text for text in told.warnings)
@@ -329,13 +329,13 @@ def test_a_route_in_one_site_says_nothing_about_another(first):
 
 @pytest.mark.parametrize("levels", [1, 2])
 def test_sub_regions_share_the_length_budget(levels):
-    site = make_site(shapely.box(0, 0, 720, 360))
-    given = {1: [LineString([(300, 0), (300, 360)])]}
-    spec = Specification(levels=levels, length_budget=1100.0, gap=0.4, time_limit=8.0)
+    site = make_site(shapely.box(0, 0, 576, 288))
+    given = {1: [LineString([(240, 0), (240, 288)])]}
+    spec = Specification(levels=levels, length_budget=700.0, gap=0.4, time_limit=8.0)
     plans = design_streets([site], spec, wishes=Wishes(given=given)).plans
     assert len(plans) == 2
     spent = [float(p.network.ground.mesh.lengths[p.network.level > 0].sum()) for p in plans]
-    assert 0 < sum(spent) <= 1100.01
+    assert 0 < sum(spent) <= 700.01
 
 
 def test_routes_and_earlier_streets_are_cut_at_given_streets():

@@ -191,7 +191,7 @@ def test_one_site_without_a_design_has_its_places():
 @pytest.mark.parametrize("rules", ["planner", "paper"])
 def test_a_dense_area_makes_local_streets_dense_and_not_collectors(rules):
     site = make_site(shapely.box(0, 0, 648, 648))
-    spec = Specification(rules=rules, edge_length=72.0, gap=0.5, time_limit=3.0)
+    spec = Specification(rules=rules, edge_length=72.0, gap=0.5, time_limit=1.5)
     plain = design_streets([site], dataclasses.replace(spec, levels=1)).plans[0].network.ground
     west, east = Zone(shapely.box(0, 0, 324, 648), 40.0), Zone(shapely.box(325, 0, 648, 648), 400.0)
     nothing = np.zeros(len(plain.mesh.edges), dtype=bool)

@@ -1,0 +1,244 @@
+"""Growth that goes on where it has left blocks that are too large.
+
+Where nothing grows any more a grammar may leave much of a site bare: it was made for open ground,
+where there is always a loose end that comes along. Here growth then begins anew at the streets
+around each block that is too large, and goes on until none is left or there is no room. CitySprout
+has nothing like it.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import shapely
+
+from ..errors import InputError
+from ..levels import COLLECTOR, LOCAL
+from ..progress import Progress, Share, Silent
+from .blocks import grown_blocks
+from .entries import entries
+from .findstarts import FAR, SPACING
+from .given import GivenNetwork
+from .ground import RealGround
+from .grow import grow
+from .legs import Sight
+from .rules import GrowthRules
+from .starts import Place, settle, thinned
+from .types import GROWN, Ground, Growth, IntArray, Step
+
+#: Most times that growth begins anew.
+ROUNDS = 30
+#: Most times that it does in a block that stays the same.
+TRIES = 4
+#: From a block so many times the largest on the first street is a collector.
+WIDE = 4.0
+#: Share of the progress that the first growth has.
+FIRST = 0.7
+
+_Key = tuple[int, int, int]
+
+
+def grow_on(
+    real: RealGround, rules: GrowthRules, largest: float, progress: Progress | None = None
+) -> Growth:
+    """Grow streets, and begin anew in blocks that are too large.
+
+    Limits count for all of it. The same ground, rules and seed give the same growth.
+
+    Parameters
+    ----------
+    real
+        Where streets may grow, and from where.
+    rules
+        What is asked.
+    largest
+        Area of blocks from which growth begins anew, square metres.
+    progress
+        As of `grow`.
+
+    Raises
+    ------
+    InputError, CancelledError
+        As of `grow`, of the first growth.
+    """
+    progress = progress or Silent()
+    if not largest > 0:
+        raise InputError(f"The largest block is {largest:g} m2.", "Give an area greater than 0.")
+    growth = grow(real.ground, rules, Share(progress, 0.0, FIRST))
+    tried: Counter[_Key] = Counter()
+    for number in range(1, ROUNDS + 1):
+        left = _left(growth, rules)
+        if left is None or progress.cancelled():
+            break
+        ground = _ground(growth, real, rules, largest, tried)
+        if ground is None:
+            break
+        share = Share(progress, FIRST, 1.0)
+        try:
+            more = grow(ground, replace(left, seed=rules.seed + number), share)
+        except InputError:
+            # nothing could be built from any of the places: other blocks may be left
+            continue
+        more = _without_idle(more, len(growth.xy), len(ground.nodes))
+        growth = joined(growth, more, len(real.ground.nodes))
+    return growth
+
+
+def _left(growth: Growth, rules: GrowthRules) -> GrowthRules | None:
+    """Give the rules with what is left of their limits, None where one is reached."""
+    length = float(growth.lengths[growth.grown].sum())
+    iterations = _rest(rules.iterations, len(growth.steps))
+    segments = _rest(rules.max_segments, int(growth.grown.sum()))
+    metres = _rest(rules.max_length, length)
+    people = _rest(rules.population, length * rules.people_per_metre)
+    if any(rest is not None and rest <= 0 for rest in (iterations, segments, metres, people)):
+        return None
+    return replace(
+        rules,
+        iterations=None if iterations is None else int(iterations),
+        max_segments=None if segments is None else int(segments),
+        max_length=metres,
+        population=people,
+    )
+
+
+def _rest(limit: float | None, done: float) -> float | None:
+    return None if limit is None else limit - done
+
+
+def _ground(
+    growth: Growth, real: RealGround, rules: GrowthRules, largest: float, tried: Counter[_Key]
+) -> Ground | None:
+    """Give the ground as it has become, with starts around blocks that are too large.
+
+    Each edge is a street of its own, by its number. Blocks in which growth has begun `TRIES` times
+    and that are still the same are passed over; `tried` counts.
+    """
+    blocks = grown_blocks(growth, real).polygons
+    blocks = blocks[shapely.area(blocks) > largest]
+    keys = [_key(block) for block in blocks]
+    fresh = [(key, block) for key, block in zip(keys, blocks) if tried[key] < TRIES]
+    tried.update(key for key, _ in fresh)
+    if not fresh:
+        return None
+    net = GivenNetwork((), growth.xy, growth.ends, np.arange(len(growth.ends)), growth.bends)
+    sight = Sight(real.ground.domain, net, FAR * rules.scale)
+    room = SPACING * rules.scale
+    places: list[Place] = []
+    for _, block in fresh:
+        found = entries(net, block, rules.grammar, sight, scale=rules.scale, room=room)
+        wide = block.area > WIDE * largest
+        places += [replace(p, level=COLLECTOR if wide else LOCAL) for p in found]
+    if not places:
+        return None
+    starts, net = settle(thinned(places, room), net, rules.grammar)
+    return Ground(starts, real.ground.domain, net.nodes, net.ends, net.street, net.bends)
+
+
+def _key(block: shapely.Geometry) -> _Key:
+    """Give a block a name by which it is known again."""
+    return round(block.area), round(block.centroid.x), round(block.centroid.y)
+
+
+def _without_idle(more: Growth, first: int, count: int) -> Growth:
+    """Take places back at which growth was to begin and did not: the street goes on through them.
+
+    These are nodes from the number `first` to `count`, in the middle of a street.
+    """
+    fresh = more.street == GROWN
+    idle = np.zeros(len(more.xy), dtype=bool)
+    idle[first:count] = True
+    idle[more.ends[fresh].ravel()] = False
+    ends, kept = more.ends.copy(), np.ones(len(more.ends), dtype=bool)
+    for node in np.flatnonzero(idle).tolist():
+        one, other = np.flatnonzero(kept & (ends == node).any(axis=1)).tolist()
+        far = ends[other, 0] if ends[other, 1] == node else ends[other, 1]
+        ends[one, int(ends[one, 1] == node)] = far
+        kept[other] = False
+    number = np.cumsum(~idle) - 1
+    return replace(
+        more,
+        xy=more.xy[~idle],
+        road_type=more.road_type[~idle],
+        node_type=more.node_type[~idle],
+        born=more.born[~idle],
+        incoming_road=more.incoming_road[~idle],
+        incoming=more.incoming[~idle],
+        bends=more.bends[~idle],
+        ends=number[ends[kept]].astype(np.int64),
+        road=more.road[kept],
+        edge_type=more.edge_type[kept],
+        step=more.step[kept],
+        street=more.street[kept],
+    )
+
+
+def joined(before: Growth, more: Growth, given: int) -> Growth:
+    """Join a growth with the one that went on from it.
+
+    Parameters
+    ----------
+    before
+        The growth.
+    more
+        What grew on from it, with its edges as streets of the ground, by their numbers.
+    given
+        Number of nodes of the first ground.
+    """
+    first, done = len(before.xy), len(before.steps)
+    fresh = more.street == GROWN
+    edge: IntArray = more.street[~fresh]
+    roads = int(before.road.max(initial=0))
+    road = np.where(fresh, more.road + roads, 0)
+    road[~fresh] = before.road[edge]
+    step = np.where(fresh, more.step + done, 0)
+    step[~fresh] = before.step[edge]
+    kind = more.edge_type.copy()
+    kind[~fresh] = before.edge_type[edge]
+    street = np.full(len(more.street), GROWN)
+    street[~fresh] = before.street[edge]
+    road_type, node_type = more.road_type.copy(), more.node_type.copy()
+    touched = np.zeros(len(more.xy), dtype=bool)
+    touched[more.ends[fresh].ravel()] = True
+    # a node that was only reached keeps what it was
+    same = ~touched[:first] | (road_type[:first] == "")
+    road_type[:first][same] = before.road_type[same]
+    node_type[:first][same] = before.node_type[same]
+    born = more.born + done
+    born[:first] = before.born
+    reached = np.where(more.incoming_road > 0, more.incoming_road + roads, 0)
+    reached[:first] = before.incoming_road
+    incoming = more.incoming.copy()
+    known = before.incoming.any(axis=1)
+    incoming[:first][known] = before.incoming[known]
+    grown = street == GROWN
+    return Growth(
+        more.xy, road_type, node_type, born, reached, incoming, more.bends, more.ends, road, kind,
+        step, street, _steps(before.steps, more.steps, int(grown.sum()), len(more.xy) - given),
+        more.stopped, before.left_out + more.left_out,
+    )  # fmt: skip
+
+
+def _steps(
+    before: Sequence[Step], more: Sequence[Step], segments: int, nodes: int
+) -> tuple[Step, ...]:
+    """Continue the numbers of iterations; after the last there are so many streets and nodes."""
+    end, last = before[-1], more[-1]
+    return (
+        *before,
+        *(
+            replace(
+                step,
+                iteration=step.iteration + len(before),
+                nodes=step.nodes + nodes - last.nodes,
+                segments=step.segments + segments - last.segments,
+                length=step.length + end.length,
+                population=step.population + end.population,
+                seconds=step.seconds + end.seconds,
+            )
+            for step in more
+        ),
+    )

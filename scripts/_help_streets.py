@@ -1,0 +1,28 @@
+"""The picture of the help of `measurestreets`."""
+
+from __future__ import annotations
+
+from matplotlib.axes import Axes
+from platwright.measure import measure_streets
+
+from _help_drawing import GREY, INK, TEAL, mapped, show
+
+#: Shares of the largest betweenness from which on a street has a colour and a width.
+CLASSES = (
+    (-1.0, "#3b6ea5", 1.0), (0.01, "#7fb0c9", 1.3), (0.05, "#c9d6b0", 1.7), (0.15, "#f0c572", 2.2),
+    (0.3, "#e0803f", 2.8), (0.6, "#b5302a", 3.4),
+)  # fmt: skip
+
+
+def measurestreets(left: Axes, right: Axes) -> tuple[str, str]:
+    """Draw streets as they come, and how much runs through them, with junctions and dead ends."""
+    streets = mapped()["streets"]
+    show(left, streets, color=GREY, linewidth=1.4)
+    report = measure_streets(streets)
+    share = report.streets["betweenness"] / report.streets["betweenness"].max()
+    for at, (low, colour, width) in enumerate(CLASSES):
+        show(right, report.streets[share >= low], color=colour, linewidth=width, zorder=at + 1)
+    blind = report.nodes["degree"] == 1
+    show(right, report.nodes[~blind], color=INK, markersize=4, zorder=9)
+    show(right, report.nodes[blind], color=TEAL, marker="s", markersize=9, zorder=9)
+    return "streets", "betweenness"
