@@ -35,9 +35,9 @@ COLUMNS = (
 def run(name: str, segments: int, mode: str, seed: int) -> dict[str, Any]:
     """Grow once and return what it took."""
     from platwright.growth.grammar import State
-    from platwright.growth.grow import Gardener
+    from platwright.growth.grammars.shipped import shipped_grammar
+    from platwright.growth.grow.gardener import Gardener
     from platwright.growth.rules import GrowthRules
-    from platwright.growth.shipped import shipped_grammar
     from platwright.growth.types import Ground, Start
     from platwright.progress import Silent
 

@@ -15,18 +15,18 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from ..errors import InputError
+from ..errors import CancelledError, InputError
 from ..levels import COLLECTOR, LOCAL
 from ..progress import Progress, Share, Silent
-from .blocks import grown_blocks
-from .entries import entries
-from .findstarts import FAR, SPACING
-from .given import GivenNetwork
-from .ground import RealGround
 from .grow import grow
-from .legs import Sight
+from .land.entries import entries
+from .land.findstarts import FAR, SPACING
+from .land.given import GivenNetwork
+from .land.ground import RealGround
+from .land.legs import Sight
+from .land.starts import Place, settle, thinned
+from .layers.blocks import grown_blocks
 from .rules import GrowthRules
-from .starts import Place, settle, thinned
 from .types import GROWN, Ground, Growth, IntArray, Step
 
 #: Most times that growth begins anew.
@@ -77,14 +77,19 @@ def grow_on(
         if ground is None:
             break
         share = Share(progress, FIRST, 1.0)
-        try:
-            more = grow(ground, replace(left, seed=rules.seed + number), share)
-        except InputError:
-            # nothing could be built from any of the places: other blocks may be left
-            continue
-        more = _without_idle(more, len(growth.xy), len(ground.nodes))
-        growth = joined(growth, more, len(real.ground.nodes))
+        more = _more(ground, replace(left, seed=rules.seed + number), share)
+        if more is not None:
+            more = _without_idle(more, len(growth.xy), len(ground.nodes))
+            growth = joined(growth, more, len(real.ground.nodes))
     return growth
+
+
+def _more(ground: Ground, rules: GrowthRules, progress: Progress) -> Growth | None:
+    """Grow again; None where nothing could be built, or it was cancelled before anything was."""
+    try:
+        return grow(ground, rules, progress)
+    except (InputError, CancelledError):
+        return None
 
 
 def _left(growth: Growth, rules: GrowthRules) -> GrowthRules | None:

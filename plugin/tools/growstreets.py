@@ -36,7 +36,7 @@ class GrowStreets(Tool):
             "organic", "grid", "village", "town", "animation", "site planning", "platwright",
         ),
         summary="Grows streets into a site from its existing roads by the rules of a grammar: "
-        "winding, as a grid, as hexagons, or along one line.",
+        "winding, as a grid, in six directions, along a line, around a centre, or as a suburb.",
         paragraphs=(
             "Streets branch step by step, as old towns did, until there is no room left or a "
             "limit is reached; in blocks of a site that are still too large they begin anew. They "
@@ -103,8 +103,8 @@ class GrowStreets(Tool):
         """Prepare the ground, let the streets grow, and collect the layers."""
         from ...algorithms.growth.grow import grow
         from ...algorithms.growth.layers import growth_layers
+        from ...algorithms.growth.layers.prune import without_dead_ends
         from ...algorithms.growth.onward import grow_on
-        from ...algorithms.growth.prune import without_dead_ends
 
         begun = time.monotonic()
         rules = growthinputs.rules_of(request)
@@ -138,8 +138,8 @@ def _ground(
     request: Request, grammar: Any, progress: FeedbackProgress
 ) -> tuple[Any, QgsCoordinateReferenceSystem]:
     """Return the `RealGround` of the library, and the CRS of the layers."""
-    from ...algorithms.growth import ground
-    from ...algorithms.growth.pointground import ground_of_points
+    from ...algorithms.growth.land import ground
+    from ...algorithms.growth.land.pointground import ground_of_points
 
     reading, making = progress.part(0.0, 0.6), progress.part(0.6, 1.0)
     asked: dict[str, Any] = {
@@ -147,6 +147,8 @@ def _ground(
         "point_layer": request.name("START_POINTS"),
         "direction": request.optional_number("DIRECTION"),
         "scale": request.number("SCALE"),
+        # starts keep the distance that junctions keep
+        "spacing": request.number("SCALE") * max(request.number("INTERSECT_RADIUS"), 0.1) / 2,
         "road_layer": request.name("ROADS"),
         "progress": making,
     }
@@ -178,8 +180,8 @@ def _joined(*layers: Any) -> Any:
 
 def _figures(found: Any, rules: Any, growth: Any, real: Any) -> dict[str, Any]:
     """Return the numbers of the layers."""
-    from ...algorithms.growth.outward import at_nodes
-    from ...algorithms.growth.ways import node_kinds
+    from ...algorithms.growth.layers.outward import at_nodes
+    from ...algorithms.growth.layers.ways import node_kinds
 
     blind = (node_kinds(growth, real) == "dead end") & at_nodes(growth, growth.grown)
     streets, nodes = found["streets"], found["nodes"]

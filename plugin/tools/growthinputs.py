@@ -20,12 +20,12 @@ from ..bridge import crs_text
 from ..request import Request
 from . import siteinputs
 
-#: The shipped grammars (`growth.shipped.GRAMMARS`) and what they make.
+#: The shipped grammars (`growth.grammars.shipped.GRAMMARS`) and what they make.
 GRAMMARS = {
     "organic": "winding main streets that branch, with loops and few right angles, as in old towns",
     "grid": "straight streets at right angles, with blocks of a few sizes",
-    "hex": "streets that meet in threes at 120 degrees, with six-sided blocks",
-    "line": "one long main street with ribs on both sides, as in a village along a road",
+    "hex": "six main streets from one centre, with blocks of 60 and 90 degrees between",
+    "line": "a linear town: one long main street, one beside it on each side, small ones between",
     "radial": "a village of six streets and three rings around each start, which ends by itself",
     "suburb": "curving collectors off main streets, with many culs-de-sac, as in newer suburbs",
 }
@@ -287,8 +287,8 @@ def grammar_of(request: Request) -> Any:
     InputError
         The file is missing or no grammar; the text names the rule and the field.
     """
-    from ...algorithms.growth.grammarfile import read_grammar
-    from ...algorithms.growth.shipped import shipped_grammar
+    from ...algorithms.growth.grammars.file import read_grammar
+    from ...algorithms.growth.grammars.shipped import shipped_grammar
 
     if not request.has("GRAMMAR_FILE"):
         return shipped_grammar(request.word("GRAMMAR"))

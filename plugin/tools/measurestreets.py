@@ -49,6 +49,8 @@ class MeasureStreets(Tool):
             "A feature that runs through several junctions has the betweenness of its busiest "
             "part and the mean closeness by length. Every street may be used both ways.",
         ),
+        picture="Streets by their betweenness: what would run through each if everybody went to "
+        "everybody.",
         references=("ORDER", "NATURAL", "LIVING", "BRANDES", "CS", "OSMNX"),
     )  # fmt: skip
     layers: ClassVar = {

@@ -8,9 +8,9 @@ import math
 import numpy as np
 import shapely
 from platwright.growth.grammar import Grammar, State
+from platwright.growth.grammars.shipped import shipped_grammar
 from platwright.growth.grow import grow
 from platwright.growth.rules import GrowthRules
-from platwright.growth.shipped import shipped_grammar
 from platwright.growth.types import Ground, Growth, Start
 
 START = State("m", "Start")

@@ -9,7 +9,7 @@ import geopandas as gpd
 import numpy as np
 import shapely
 from platwright.growth.grammar import Child, Grammar, Rule, State
-from platwright.growth.ground import GivenStreet, RealGround
+from platwright.growth.land.ground import GivenStreet, RealGround
 from platwright.growth.rules import GrowthRules
 from platwright.growth.types import Ground, Growth, Start, Step
 from pyproj import CRS

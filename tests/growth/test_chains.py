@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
-from platwright.growth.chains import chains
+from platwright.growth.layers.chains import chains
 
 
 def as_array(pairs):

@@ -7,12 +7,12 @@ import re
 import numpy as np
 import pytest
 from platwright.growth.grammar import NODE_TYPES, ROAD_TYPES, STATES, Child
-from platwright.growth.grammarcheck import grammar_remarks
-from platwright.growth.grammarfile import GRAMMAR_FIELDS, parse_grammar
-from platwright.growth.grammarrule import RULE_FIELDS
+from platwright.growth.grammars.check import grammar_remarks
+from platwright.growth.grammars.file import GRAMMAR_FIELDS, parse_grammar
+from platwright.growth.grammars.rule import RULE_FIELDS
+from platwright.growth.grammars.shipped import GRAMMARS
 from platwright.growth.grow import grow
 from platwright.growth.rules import GrowthRules
-from platwright.growth.shipped import GRAMMARS
 from platwright.growth.types import Ground, Start
 
 

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 from platwright.errors import InputError
 from platwright.growth.grammar import Child, Rule, State
-from platwright.growth.grammarcheck import grammar_remarks, possible_states
-from platwright.growth.grammarfile import parse_grammar, read_grammar
-from platwright.growth.grammarjson import MOST_BYTES
+from platwright.growth.grammars.check import grammar_remarks, possible_states
+from platwright.growth.grammars.file import parse_grammar, read_grammar
+from platwright.growth.grammars.jsontext import MOST_BYTES
 
 FORK = {
     "occurProb": 2,

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import shapely
 from platwright.growth.grammar import STATES
+from platwright.growth.grammars.shipped import shipped_grammar
 from platwright.growth.grow import grow
 from platwright.growth.rules import GrowthRules
-from platwright.growth.shipped import shipped_grammar
 from platwright.growth.types import Ground, Start
 
 NORTH = (0.0, 1.0)

@@ -9,12 +9,12 @@ from importlib import resources
 
 import pytest
 from platwright.errors import InputError
-from platwright.growth import shipped
 from platwright.growth.grammar import NODE_TYPES, ROAD_TYPES, STATES, Child, Rule
-from platwright.growth.grammarcheck import grammar_remarks
-from platwright.growth.grammarfile import GRAMMAR_FIELDS, grammar_text, parse_grammar
-from platwright.growth.grammarrule import CHILD_FIELDS, RULE_FIELDS
-from platwright.growth.shipped import GRAMMARS, shipped_grammar
+from platwright.growth.grammars import shipped
+from platwright.growth.grammars.check import grammar_remarks
+from platwright.growth.grammars.file import GRAMMAR_FIELDS, grammar_text, parse_grammar
+from platwright.growth.grammars.rule import CHILD_FIELDS, RULE_FIELDS
+from platwright.growth.grammars.shipped import GRAMMARS, shipped_grammar
 
 CITYSPROUT = ("organic", "grid", "hex", "line")
 FOLDER = resources.files("platwright.growth") / "grammars"
@@ -198,4 +198,4 @@ def test_the_schema_accepts_what_comes_along(name):
 
 
 def test_the_files_are_found_from_the_package():
-    assert (resources.files(shipped.__package__) / "grammars" / "grid.json").is_file()
+    assert (resources.files(shipped.__package__) / "grid.json").is_file()

@@ -19,7 +19,7 @@ from platwright.growth.grammar import (
     Rule,
     State,
 )
-from platwright.growth.grammarfile import grammar_text, parse_grammar, read_grammar
+from platwright.growth.grammars.file import grammar_text, parse_grammar, read_grammar
 
 PRINTABLE = st.characters(exclude_categories=["C", "Z"])
 LINES = st.text(PRINTABLE, max_size=40)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import networkx as nx
 import numpy as np
 import pytest
-from platwright.growth.graph import to_networkx
+from platwright.growth.layers.graph import to_networkx
 
 from .hand_made import ORIGIN, Edge, lattice, make_growth
 

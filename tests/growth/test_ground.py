@@ -12,9 +12,9 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from platwright.errors import CancelledError, InputError
-from platwright.growth.given import levels_of
-from platwright.growth.ground import ground_of_roads, ground_of_sites, open_ground
-from platwright.growth.shipped import shipped_grammar
+from platwright.growth.grammars.shipped import shipped_grammar
+from platwright.growth.land.given import levels_of
+from platwright.growth.land.ground import ground_of_roads, ground_of_sites, open_ground
 from platwright.progress import Silent
 from platwright.site import prepare_sites
 from shapely.geometry import LineString, MultiLineString, Point, Polygon, box

@@ -7,7 +7,7 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from platwright.growth.pieces import cut_lines, with_points
+from platwright.growth.land.pieces import cut_lines, with_points
 from shapely.geometry import LineString
 
 from .ground_checks import crossings

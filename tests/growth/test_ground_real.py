@@ -6,8 +6,8 @@ import geopandas as gpd
 import numpy as np
 import pytest
 import shapely
-from platwright.growth.ground import ground_of_roads, ground_of_sites
-from platwright.growth.shipped import shipped_grammar
+from platwright.growth.grammars.shipped import shipped_grammar
+from platwright.growth.land.ground import ground_of_roads, ground_of_sites
 from platwright.site import prepare_sites
 
 from .ground_checks import check_ground

@@ -8,8 +8,8 @@ import pandas as pd
 import pytest
 import shapely
 from platwright.growth.layers import COLUMNS, growth_layers
-from platwright.growth.moments import FIRST_MOMENT, STEP_DAYS
-from platwright.growth.prune import without_dead_ends
+from platwright.growth.layers.moments import FIRST_MOMENT, STEP_DAYS
+from platwright.growth.layers.prune import without_dead_ends
 from platwright.growth.types import Start, Step
 from pyproj import CRS
 

@@ -9,8 +9,8 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from platwright.growth.blocks import grown_blocks
 from platwright.growth.layers import growth_layers
+from platwright.growth.layers.blocks import grown_blocks
 from platwright.measure.polygons import block_sizes
 from platwright.streets.blocks import block_size
 

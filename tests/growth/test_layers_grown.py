@@ -11,13 +11,13 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from platwright.growth.graph import to_networkx
-from platwright.growth.ground import RealGround, ground_of_sites, open_ground
+from platwright.growth.grammars.shipped import GRAMMARS, shipped_grammar
 from platwright.growth.grow import grow
+from platwright.growth.land.ground import RealGround, ground_of_sites, open_ground
 from platwright.growth.layers import growth_layers
-from platwright.growth.prune import without_dead_ends
+from platwright.growth.layers.graph import to_networkx
+from platwright.growth.layers.prune import without_dead_ends
 from platwright.growth.rules import GrowthRules
-from platwright.growth.shipped import GRAMMARS, shipped_grammar
 from platwright.growth.types import Ground, Start
 from platwright.site import prepare_sites
 from scipy.sparse.csgraph import connected_components

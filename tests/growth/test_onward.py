@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 import shapely
 from platwright.errors import InputError
-from platwright.growth.blocks import grown_blocks
-from platwright.growth.given import GivenStreet
-from platwright.growth.ground import RealGround
+from platwright.growth.grammars.shipped import GRAMMARS, shipped_grammar
 from platwright.growth.grow import grow
+from platwright.growth.land.given import GivenStreet
+from platwright.growth.land.ground import RealGround
 from platwright.growth.layers import growth_layers
+from platwright.growth.layers.blocks import grown_blocks
 from platwright.growth.onward import grow_on
 from platwright.growth.rules import GrowthRules
-from platwright.growth.shipped import GRAMMARS, shipped_grammar
 from platwright.growth.types import Ground, Start
 from platwright.progress import Silent
 from platwright.site.repair import Problems

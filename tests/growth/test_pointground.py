@@ -5,10 +5,10 @@ from __future__ import annotations
 import geopandas as gpd
 import pytest
 from platwright.errors import InputError
+from platwright.growth.grammars.shipped import shipped_grammar
 from platwright.growth.grow import grow
-from platwright.growth.pointground import ground_of_points
+from platwright.growth.land.pointground import ground_of_points
 from platwright.growth.rules import GrowthRules
-from platwright.growth.shipped import shipped_grammar
 from shapely.geometry import LineString, Point
 
 GRID = shipped_grammar("grid")

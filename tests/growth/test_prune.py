@@ -12,7 +12,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from platwright.growth.layers import growth_layers
-from platwright.growth.prune import without_dead_ends
+from platwright.growth.layers.prune import without_dead_ends
 
 from .hand_made import ORIGIN, Edge, given_street, lattice, make_growth, make_real, rules
 

@@ -13,14 +13,14 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from platwright.errors import InputError
-from platwright.growth.entries import longest_axis
 from platwright.growth.grammar import Grammar, State
-from platwright.growth.ground import ground_of_roads, ground_of_sites
+from platwright.growth.grammars.shipped import shipped_grammar
 from platwright.growth.grow import grow
-from platwright.growth.legs import Leg, widest_gap
+from platwright.growth.land.entries import longest_axis
+from platwright.growth.land.ground import ground_of_roads, ground_of_sites
+from platwright.growth.land.legs import Leg, widest_gap
+from platwright.growth.land.starts import ASKED, JUNCTION, LOOSE_END, Place, state_of, thinned
 from platwright.growth.rules import GrowthRules
-from platwright.growth.shipped import shipped_grammar
-from platwright.growth.starts import ASKED, JUNCTION, LOOSE_END, Place, state_of, thinned
 from platwright.site import prepare_sites
 from platwright.site.types import AccessPoint
 from shapely.geometry import LineString, MultiPoint, Point, Polygon, box

@@ -30,7 +30,9 @@ COMMON = {"errors", "levels", "progress"}
 #: The same for the rooms inside `network`, those on the left first; files beside them that only
 #: say what is asked (`problem`, `structure`...) are everyone's.
 NETWORK = ("oneway", "cuts", "cp", "requirements", "mip", "bounds", "checks", "search", "why")
-#: And for those inside `parcels`.
+#: For those inside `growth`,
+GROWTH = ("grammars", "land", "grow", "layers")
+#: and for those inside `parcels`.
 PARCELS = (
     "templates",
     "warp",
@@ -131,7 +133,9 @@ def test_rooms_import_only_leftwards():
     assert not wrong, ", ".join(wrong)
 
 
-@pytest.mark.parametrize(("name", "order"), [("network", NETWORK), ("parcels", PARCELS)])
+@pytest.mark.parametrize(
+    ("name", "order"), [("network", NETWORK), ("growth", GROWTH), ("parcels", PARCELS)]
+)
 def test_rooms_inside_a_room_import_only_leftwards(name, order):
     folder = ROOT / "algorithms" / name
     rooms = {path.parent.name for path in folder.rglob("*.py") if path.parent != folder}

@@ -183,7 +183,7 @@ def test_steps_are_made_on_request(toolbox):
 
 
 def test_the_choices_are_the_grammars_that_come_along(toolbox, package):
-    shipped = package("algorithms.growth.shipped").GRAMMARS
+    shipped = package("algorithms.growth.grammars.shipped").GRAMMARS
     assert set(toolbox.tool("growstreets").parameterDefinition("GRAMMAR").options()) == set(shipped)
 
 
@@ -509,8 +509,8 @@ def own_grammar(package, tmp_path):
     """Write the grammar of the grid as a file of one's own, with a change or without."""
 
     def write(change=None):
-        text = package("algorithms.growth.grammarfile").grammar_text(
-            package("algorithms.growth.shipped").shipped_grammar("grid")
+        text = package("algorithms.growth.grammars.file").grammar_text(
+            package("algorithms.growth.grammars.shipped").shipped_grammar("grid")
         )
         data = json.loads(text)
         if change is not None:

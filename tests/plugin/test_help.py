@@ -72,7 +72,8 @@ def test_every_length_area_and_speed_has_a_unit(tools, package):
     # What has none is a pure number, or has its unit in a field of its own.
     assert {name for name, unit in units.items() if not unit} <= {
         "scaled_jacobian", "levels", "p_area", "p_ideal", "bin_from", "bin_to",
-        "score", "quality", "div", "db", "ds", "ct", "compactness",
+        "score", "quality", "div", "db", "ds", "ct", "compactness", "sinuosity", "betweenness",
+            "closeness",
     }  # fmt: skip
 
 
