@@ -48,11 +48,16 @@ NODES = LayerKind(
         _ROAD_TYPE,
         _ITERATION,
         Field("degree", "integer", "number of streets that meet here"),
-        Field("road", "integer", "number of the road by which it was reached"),
+        Field(
+            "road",
+            "integer",
+            "number of the road that reached it; empty where growth began or cut a street",
+        ),
         Field("kind", "text", "junction, bend, dead end, join (existing street) or at the edge"),
         _APPEARED,
     ),
     "grown_nodes",
+    on_request=True,
 )
 ROADS = LayerKind(
     "roads",
@@ -70,6 +75,7 @@ ROADS = LayerKind(
         _APPEARED,
     ),
     "grown_roads",
+    on_request=True,
 )
 BLOCKS = LayerKind(
     "blocks",

@@ -40,6 +40,7 @@ NATURAL_STREETS = LayerKind(
         Field("hierarchy", "integer", _HIERARCHY),
     ),
     "natural_streets",
+    on_request=True,
 )
 MEASURED_JUNCTIONS = LayerKind(
     "nodes",

@@ -123,5 +123,5 @@ STREET_OTHERS: dict[str, dict[str, Callable[[QgsVectorLayer], QgsFeatureRenderer
         "Direction": _bearing,
         "Dead ends": _dead_ends,
     },
-    "measured_junctions": {"Kind of junction": _kinds},
+    "measured_junctions": {"Kind": _kinds},
 }

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from qgis.core import (
+    QgsExpression,
     QgsMapLayerStyle,
     QgsProcessingContext,
     QgsProcessingFeedback,
@@ -68,10 +69,19 @@ def offer_others(layer: QgsVectorLayer, kind: LayerKind) -> None:
     shown = layer.renderer().clone()
     for title, make in OTHERS.get(kind.style, {}).items():
         layer.setRenderer(by_variation(make(layer), layer))
+        if not _fits(layer):
+            continue
         style = QgsMapLayerStyle()
         style.readFromLayer(layer)
         manager.addStyle(title, style)
     layer.setRenderer(shown)
+
+
+def _fits(layer: QgsVectorLayer) -> bool:
+    """Tell whether a layer has the fields that it is drawn by: Shapefiles shorten their names."""
+    value = getattr(layer.renderer(), "classAttribute", str)()
+    names = {name.lower() for name in layer.fields().names()}
+    return all(name.lower() in names for name in QgsExpression(value).referencedColumns())
 
 
 def own_style(path: Path, table: str, kind: LayerKind) -> OwnStyle | None:
@@ -137,8 +147,13 @@ def save(source: str, kind: LayerKind, own: OwnStyle | None = None) -> None:
 
 def _save_in_geopackage(layer: QgsVectorLayer, kind: LayerKind, own: OwnStyle | None) -> None:
     temporal.play(layer, kind)
-    for title, make in OTHERS.get(kind.style, {}).items():
-        layer.setRenderer(by_variation(make(layer), layer))
+    # Once a style is stored, the values of the file cannot be asked for without spoiling it.
+    others = {
+        title: by_variation(make(layer), layer)
+        for title, make in OTHERS.get(kind.style, {}).items()
+    }
+    for title, renderer in others.items():
+        layer.setRenderer(renderer)
         layer.saveStyleToDatabase(f"{kind.style}, {title}", f"{OURS}{title}", False, "")
     apply(layer, kind)
     layer.setCustomProperty(_MARK, kind.style)

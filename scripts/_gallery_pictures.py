@@ -10,6 +10,7 @@ from typing import Any
 from PIL import Image
 from qgis.core import (
     QgsCoordinateReferenceSystem,
+    QgsDateTimeRange,
     QgsFillSymbol,
     QgsLineSymbol,
     QgsMapRendererCustomPainterJob,
@@ -75,27 +76,66 @@ def draw(
         If the picture is too large.
     """
     box, size = window(around)
+    return save(paint(layers, around, box, size, credit), target)
+
+
+def paint(
+    layers: Sequence[QgsVectorLayer],
+    around: QgsVectorLayer,
+    box: QgsRectangle,
+    size: QSize,
+    credit: str,
+    *,
+    dpi: float = DPI,
+    moment: QgsDateTimeRange | None = None,
+) -> QImage:
+    """Draw layers into an image.
+
+    Parameters
+    ----------
+    layers
+        From the top down.
+    around
+        Its CRS is that of the map.
+    box
+        The ground that is shown.
+    size
+        Pixels.
+    credit
+        What stands in the lower right corner.
+    dpi
+        Pixels per inch: fewer make thinner lines.
+    moment
+        What of layers that play in time is shown, as the temporal controller does; None: all.
+    """
     settings = QgsMapSettings()
     settings.setLayers(list(layers))
     settings.setDestinationCrs(QgsCoordinateReferenceSystem(around.crs()))
     settings.setExtent(box)
     settings.setOutputSize(size)
-    settings.setOutputDpi(DPI)
+    settings.setOutputDpi(dpi)
     settings.setFlag(QgsMapSettings.Antialiasing)
+    if moment is not None:
+        settings.setIsTemporal(True)
+        settings.setTemporalRange(moment)
     image = QImage(size, QImage.Format_ARGB32_Premultiplied)
     image.fill(QColor(PAPER))
     painter = QPainter(image)
     painter.setRenderHint(QPainter.Antialiasing)
     job = QgsMapRendererCustomPainterJob(settings, painter)
     job.renderSynchronously()
+    write(painter, credit, Qt.AlignRight | Qt.AlignBottom)
+    painter.end()
+    return image
+
+
+def write(painter: QPainter, text: str, where: Any, pixels: int = 10) -> None:
+    """Write a text into a corner of what is painted on."""
     font = QFont("DejaVu Sans")
-    font.setPixelSize(10)
+    font.setPixelSize(pixels)
     painter.setFont(font)
     painter.setPen(QColor(INK))
-    place = image.rect().adjusted(4, 4, -5, -3)
-    painter.drawText(place, int(Qt.AlignRight | Qt.AlignBottom), credit)
-    painter.end()
-    return save(image, target)
+    painter.drawText(painter.window().adjusted(4, 4, -5, -3), int(where), text)
 
 
 def save(image: QImage, target: Path) -> int:

@@ -68,6 +68,7 @@ from _help_drawing import (
     show,
     streets,
 )
+from _help_growth import growstreets
 from _help_streets import measurestreets
 
 
@@ -320,6 +321,7 @@ PICTURES: dict[str, Callable[[Axes, Axes], tuple[str, str]]] = {
     "preparesite": preparesite,
     "candidatemesh": candidatemesh,
     "designstreets": designstreets,
+    "growstreets": growstreets,
     "smoothstreets": smoothstreets,
     "splitsite": splitsite,
     "parcelblocks": parcelblocks,

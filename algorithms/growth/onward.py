@@ -17,15 +17,19 @@ import shapely
 
 from ..errors import CancelledError, InputError
 from ..levels import COLLECTOR, LOCAL
-from ..progress import Progress, Share, Silent
+from ..progress import Held, Progress, Share, Silent
+from ..site.watch import ask
+from .bends import bends_of
 from .grow import grow
+from .grow.stops import CANCELLED
 from .land.entries import entries
 from .land.findstarts import FAR, SPACING
 from .land.given import GivenNetwork
 from .land.ground import RealGround
 from .land.legs import Sight
 from .land.starts import Place, settle, thinned
-from .layers.blocks import grown_blocks
+from .layers.blocks import block_faces
+from .layers.outward import Shapes
 from .rules import GrowthRules
 from .types import GROWN, Ground, Growth, IntArray, Step
 
@@ -35,8 +39,8 @@ ROUNDS = 30
 TRIES = 4
 #: From a block so many times the largest on the first street is a collector.
 WIDE = 4.0
-#: Share of the progress that the first growth has.
-FIRST = 0.7
+#: Share of the progress that the first growth has; each round leaves so much of what is left.
+FIRST, LATER = 0.7, 0.8
 
 _Key = tuple[int, int, int]
 
@@ -68,27 +72,36 @@ def grow_on(
     if not largest > 0:
         raise InputError(f"The largest block is {largest:g} m2.", "Give an area greater than 0.")
     growth = grow(real.ground, rules, Share(progress, 0.0, FIRST))
-    tried: Counter[_Key] = Counter()
-    for number in range(1, ROUNDS + 1):
-        left = _left(growth, rules)
-        if left is None or progress.cancelled():
-            break
-        ground = _ground(growth, real, rules, largest, tried)
-        if ground is None:
-            break
-        share = Share(progress, FIRST, 1.0)
-        more = _more(ground, replace(left, seed=rules.seed + number), share)
-        if more is not None:
-            more = _without_idle(more, len(growth.xy), len(ground.nodes))
-            growth = joined(growth, more, len(real.ground.nodes))
+    large = _TooLarge(real, rules, largest)
+    try:
+        for number in range(1, ROUNDS + 1):
+            left = _left(growth, rules)
+            if left is None:
+                break
+            part = _share(progress, number)
+            ground = large.ground(growth, part)
+            if ground is None:
+                break
+            more = _more(ground, replace(left, seed=rules.seed + number), part)
+            if more is not None:
+                more = _without_idle(more, len(growth.xy), len(ground.nodes))
+                growth = joined(growth, more, len(real.ground.nodes))
+    except CancelledError:
+        return replace(growth, stopped=CANCELLED)
     return growth
 
 
+def _share(progress: Progress, number: int) -> Share:
+    """Give a round its part of the progress: nobody knows how many will follow."""
+    begin, end = (1 - (1 - FIRST) * LATER**k for k in (number - 1, number))
+    return Share(progress, begin, end)
+
+
 def _more(ground: Ground, rules: GrowthRules, progress: Progress) -> Growth | None:
-    """Grow again; None where nothing could be built, or it was cancelled before anything was."""
+    """Grow again; None where nothing could be built. The first growth has said all warnings."""
     try:
-        return grow(ground, rules, progress)
-    except (InputError, CancelledError):
+        return grow(ground, rules, Held(progress))
+    except InputError:
         return None
 
 
@@ -114,33 +127,57 @@ def _rest(limit: float | None, done: float) -> float | None:
     return None if limit is None else limit - done
 
 
-def _ground(
-    growth: Growth, real: RealGround, rules: GrowthRules, largest: float, tried: Counter[_Key]
-) -> Ground | None:
-    """Give the ground as it has become, with starts around blocks that are too large.
+class _TooLarge:
+    """The blocks that are too large, from one round to the next.
 
-    Each edge is a street of its own, by its number. Blocks in which growth has begun `TRIES` times
-    and that are still the same are passed over; `tried` counts.
+    Parameters
+    ----------
+    real
+        Where streets may grow.
+    rules
+        What is asked.
+    largest
+        Area of blocks from which growth begins anew, square metres.
     """
-    blocks = grown_blocks(growth, real).polygons
-    blocks = blocks[shapely.area(blocks) > largest]
-    keys = [_key(block) for block in blocks]
-    fresh = [(key, block) for key, block in zip(keys, blocks) if tried[key] < TRIES]
-    tried.update(key for key, _ in fresh)
-    if not fresh:
-        return None
-    net = GivenNetwork((), growth.xy, growth.ends, np.arange(len(growth.ends)), growth.bends)
-    sight = Sight(real.ground.domain, net, FAR * rules.scale)
-    room = SPACING * rules.scale
-    places: list[Place] = []
-    for _, block in fresh:
-        found = entries(net, block, rules.grammar, sight, scale=rules.scale, room=room)
-        wide = block.area > WIDE * largest
-        places += [replace(p, level=COLLECTOR if wide else LOCAL) for p in found]
-    if not places:
-        return None
-    starts, net = settle(thinned(places, room), net, rules.grammar)
-    return Ground(starts, real.ground.domain, net.nodes, net.ends, net.street, net.bends)
+
+    def __init__(self, real: RealGround, rules: GrowthRules, largest: float) -> None:
+        self.real, self.rules, self.largest = real, rules, largest
+        self._tried: Counter[_Key] = Counter()
+        self._last: Shapes | None = None
+
+    def ground(self, growth: Growth, progress: Progress) -> Ground | None:
+        """Give the ground as it has become, with starts around blocks that are too large.
+
+        Each edge is a street of its own, by its number. Blocks in which growth has begun `TRIES`
+        times and that are still the same are passed over. None where there is nothing to do.
+
+        Raises
+        ------
+        CancelledError
+            If the caller cancels.
+        """
+        domain, rules = self.real.ground.domain, self.rules
+        # blocks are only ever parted: what was small enough stays so
+        blocks = block_faces(growth, domain, progress, within=self._last)
+        self._last = blocks = blocks[shapely.area(blocks) > self.largest]
+        fresh = [block for block in blocks if self._tried[_key(block)] < TRIES]
+        self._tried.update(_key(block) for block in fresh)
+        if not fresh:
+            return None
+        progress.stage(f"Going on in {len(fresh):,} blocks that are too large", 0.0)
+        net = GivenNetwork((), growth.xy, growth.ends, np.arange(len(growth.ends)), growth.bends)
+        sight = Sight(domain, net, FAR * rules.scale)
+        room = SPACING * rules.scale
+        places: list[Place] = []
+        for block in fresh:
+            ask(progress)
+            found = entries(net, block, rules.grammar, sight, scale=rules.scale, room=room)
+            wide = block.area > WIDE * self.largest
+            places += [replace(p, level=COLLECTOR if wide else LOCAL) for p in found]
+        if not places:
+            return None
+        starts, net = settle(thinned(places, room), net, rules.grammar)
+        return Ground(starts, domain, net.nodes, net.ends, net.street, net.bends)
 
 
 def _key(block: shapely.Geometry) -> _Key:
@@ -158,10 +195,15 @@ def _without_idle(more: Growth, first: int, count: int) -> Growth:
     idle[first:count] = True
     idle[more.ends[fresh].ravel()] = False
     ends, kept = more.ends.copy(), np.ones(len(more.ends), dtype=bool)
+    at: dict[int, list[int]] = {}
+    for edge in np.flatnonzero(idle[ends].any(axis=1)).tolist():
+        for node in ends[edge].tolist():
+            at.setdefault(node, []).append(edge)
     for node in np.flatnonzero(idle).tolist():
-        one, other = np.flatnonzero(kept & (ends == node).any(axis=1)).tolist()
-        far = ends[other, 0] if ends[other, 1] == node else ends[other, 1]
+        one, other = sorted(at[node])
+        far = int(ends[other].sum()) - node
         ends[one, int(ends[one, 1] == node)] = far
+        at[far][at[far].index(other)] = one
         kept[other] = False
     number = np.cumsum(~idle) - 1
     return replace(
@@ -215,13 +257,15 @@ def joined(before: Growth, more: Growth, given: int) -> Growth:
     born = more.born + done
     born[:first] = before.born
     reached = np.where(more.incoming_road > 0, more.incoming_road + roads, 0)
-    reached[:first] = before.incoming_road
+    arrived = before.incoming_road > 0
+    reached[:first][arrived] = before.incoming_road[arrived]
     incoming = more.incoming.copy()
     known = before.incoming.any(axis=1)
     incoming[:first][known] = before.incoming[known]
     grown = street == GROWN
     return Growth(
-        more.xy, road_type, node_type, born, reached, incoming, more.bends, more.ends, road, kind,
+        more.xy, road_type, node_type, born, reached, incoming,
+        bends_of(len(more.xy), more.ends, street), more.ends, road, kind,
         step, street, _steps(before.steps, more.steps, int(grown.sum()), len(more.xy) - given),
         more.stopped, before.left_out + more.left_out,
     )  # fmt: skip

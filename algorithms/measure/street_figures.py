@@ -15,7 +15,7 @@ from ..site.repair import GRID
 from ..site.watch import aside, in_chunks
 from .centrality import Centrality
 from .circuity import mean_circuity
-from .density import RoadDensity, road_density
+from .density import TOUCH, RoadDensity, road_density
 from .graph import BoolArray, FloatArray, IntArray, StreetGraph
 from .junction_kinds import JunctionKinds
 from .living import living_structure
@@ -23,9 +23,6 @@ from .natural import NaturalLines
 from .orientation import orientation_entropy, orientation_order
 from .plan import EDGE_GAP, SLIVER, THINNEST
 from .segments import Segments
-
-#: Streets this near to the edge of the site still belong to it (metres).
-TOUCH = 1.0
 
 
 @dataclass(frozen=True)
@@ -42,7 +39,8 @@ class StreetFigures:
         The site; without one the alpha shape of all nodes (see `density.alpha_shape`), which is
         the convex hull of a small network and leaves out open country between large ones.
     length_km, street_km_km2
-        Length of the streets, with a site clipped to it, and per square kilometre.
+        Length of the streets, with a site clipped to it (what runs along its edge within 1 m counts
+        in full), and per square kilometre.
     segments, segment_mean
         Number of segments and their mean length (m).
     intersections, intersections_km2

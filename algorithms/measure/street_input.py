@@ -15,6 +15,7 @@ from ..errors import InputError
 from ..progress import Progress
 from ..site.crs import layer_crs
 from ..site.repair import Problems
+from ..site.watch import aside, ask
 from .graph import IntArray
 from .layers import StreetLayer, read_streets
 
@@ -86,11 +87,12 @@ def read_measured(
     source = layer_crs(frame, layer)
     problems = Problems()
     given = lines_of(frame.geometry)
+    ask(progress)
     _note_unusable(frame, given, layer, source, problems)
     usable = np.flatnonzero(~shapely.is_missing(given))
     if not len(usable):
         raise InputError("has no lines.", "Choose a layer of street lines.", layer=layer)
-    same_as = _first_of_same(given)
+    same_as = aside(_first_of_same, given, progress)
     kept = usable[same_as[usable] == usable]
     names = frame.index.astype(str).to_numpy()
     for k in usable[same_as[usable] != usable].tolist():
@@ -98,7 +100,9 @@ def read_measured(
         problems.add(layer, names[k], text, "counted once", "warning", given[k], source)
     table = frame.iloc[kept].reset_index(drop=True)
     table = table.set_geometry(gpd.GeoSeries(given[kept], crs=source))
+    ask(progress)
     streets = read_streets(table, layer, progress)
+    ask(progress)
     at = kept[np.array(streets.names, dtype=np.int64)]
     moved = np.full(len(frame), None, dtype=object)
     flat = gpd.GeoSeries(shapely.force_2d(given[usable]), crs=source)

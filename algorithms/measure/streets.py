@@ -151,7 +151,9 @@ def measure_streets(
     if ground is not None and not figures.segments:
         text = "none of the streets lies in the site"
         layer.problems.add(site_layer, "", text, "no figures", "warning", ground, layer.crs)
+    ask(progress)
     columns = feature_columns(layer, network, levels)
+    ask(progress)
     source, found = layer.streets.source_crs, network.centrality
     return StreetReport(
         streets=_with_columns(streets, columns),

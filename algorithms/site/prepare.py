@@ -27,6 +27,9 @@ from .watch import ask, in_chunks
 SMALLEST_OBSTACLE = 25.0
 """Smaller obstacles are left out, square metres."""
 
+NO_FRONTAGE = "the site has no street frontage"
+"""Begins what to do about sites without a road along their edge."""
+
 _WAY_IN = 25.0
 _NAME_COLUMNS = ("name", "site", "label", "nom", "libelle")
 
@@ -353,7 +356,7 @@ def _report_no_frontage(
             f"{gap:.0f} m away"
         )
     todo = (
-        "the site has no street frontage: give a larger snap distance, another road layer, or "
+        f"{NO_FRONTAGE}: give a larger snap distance, another road layer, or "
         "let streets end anywhere on the boundary (sink mode whole boundary)"
     )
     task.problems.add(task.layer, feature, what, todo, "warning", polygon, crs)

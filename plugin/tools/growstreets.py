@@ -91,13 +91,13 @@ class GrowStreets(Tool):
     def check(self, request: Request) -> None:
         """Read the grammar and check what is given together."""
         growthinputs.rules_of(request)
-        if not any(request.has(key) for key in ("INPUT", "ROADS", "START_POINTS")):
-            growthinputs.crs_of(request)
         if request.has("OBSTACLES") and not request.has("INPUT"):
             raise InputError(
                 "Obstacles are given without a site.",
                 "Give a polygon that streets may grow in as site, or leave the obstacles away.",
             )
+        if not any(request.has(key) for key in ("INPUT", "ROADS", "START_POINTS")):
+            growthinputs.crs_of(request)
 
     def compute(self, request: Request, progress: FeedbackProgress) -> Result:
         """Prepare the ground, let the streets grow, and collect the layers."""
@@ -156,7 +156,7 @@ def _ground(
         prepared = siteinputs.prepared_sites(request, reading)
         edges = {"edge": request.word("EDGE"), "obstacle_edge": request.word("OBSTACLE_EDGE")}
         real = ground.ground_of_sites(prepared.sites, grammar, **edges, **asked)
-        problems = _joined(prepared.problems, real.problems)
+        problems = _joined(_told_anew(prepared.problems), real.problems)
         return dataclasses.replace(real, problems=problems), request.crs("INPUT")
     roads = request.frame("ROADS", reading)
     if roads is not None:
@@ -168,6 +168,19 @@ def _ground(
     crs = growthinputs.crs_of(request)
     way = growthinputs.direction_of(request)
     return ground.open_ground(grammar, crs_text(crs), direction=way), crs
+
+
+def _told_anew(problems: Any) -> Any:
+    """Return problems of sites as they are here, where streets need no road along the edge."""
+    from ...algorithms.site.prepare import NO_FRONTAGE
+
+    bare = problems["action"].astype(str).str.startswith(NO_FRONTAGE)
+    told = problems.copy()
+    told.loc[bare, "action"] = (
+        "no matter: streets begin where a road arrives, else in the middle of the site"
+    )
+    told.loc[bare, "severity"] = "info"
+    return told
 
 
 def _joined(*layers: Any) -> Any:

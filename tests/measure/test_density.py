@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 from platwright.measure.density import (
@@ -77,6 +78,32 @@ def test_what_lies_outside_does_not_count():
     # 100 m inside, and 100 m along the edge with half of their width.
     assert found.length == pytest.approx(200)
     assert found.roads == pytest.approx(1000 + 500)
+
+
+def test_a_street_along_the_edge_counts_wherever_rounding_puts_it():
+    # Every 5 m a hair to either side, as after a change of the CRS.
+    for shift in (1e-7, -1e-7, 0.3):
+        edge = [(x, shift * (-1) ** k) for k, x in enumerate(np.arange(0.0, 201.0, 5.0))]
+        graph = build_graph(
+            [street(*edge), street((100, 50), (100, 150)), street((0, 90), (40, 98))]
+        )
+        found = road_density(graph, 10.0, box(0, 0, 200, 100))
+        # What crosses the edge ends there, at a right angle or not.
+        assert found.length == pytest.approx(
+            street(*edge).length + 50 + math.hypot(40, 8), abs=0.2
+        ), shift
+    beside = build_graph([street((0, -1.5), (200, -1.5))])
+    assert road_density(beside, 10.0, box(0, 0, 200, 100)).length == 0
+
+
+def test_road_area_is_the_same_in_tiles_as_at_once():
+    rng = np.random.default_rng(4)
+    # Over several tiles of the sum, and longer than one.
+    graph = build_graph([street(*rng.uniform(-2500, 2500, (2, 2))) for _ in range(60)])
+    widths = rng.uniform(5, 25, len(graph.lines))
+    ground = shapely.Point(200, -300).buffer(1900)
+    whole = shapely.intersection(road_area(graph, widths), ground).area
+    assert road_density(graph, widths, ground).roads == pytest.approx(whole, rel=1e-9)
 
 
 def test_without_ground_there_is_no_density():

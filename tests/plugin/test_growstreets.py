@@ -179,7 +179,9 @@ def test_numbers_tell_of_the_layers(made):
 def test_steps_are_made_on_request(toolbox):
     tool = toolbox.tool("growstreets")
     assert tool.parameterDefinition("STEPS").createByDefault() is False
-    assert tool.parameterDefinition("NODES").createByDefault() is True
+    made = [p.name() for p in tool.destinationParameterDefinitions() if p.createByDefault()]
+    # Nodes and roads lie over the streets, which they would hide.
+    assert made == ["STREETS", "BLOCKS", "PROBLEMS"]
 
 
 def test_the_choices_are_the_grammars_that_come_along(toolbox, package):
@@ -555,6 +557,8 @@ def test_what_cannot_be_used_is_refused_with_the_way_out(toolbox):
     assert "not in metres" in complaint(toolbox, CRS=degrees)
     pond = layer([box(0, 0, 10, 10)], name="pond")
     assert "Obstacles" in complaint(toolbox, ROADS=ring(), OBSTACLES=pond)
+    # what is missing is a site and no CRS
+    assert "Obstacles" in complaint(toolbox, OBSTACLES=pond)
     far = layer([point(5000, 5000)], kind="Point", name="far")
     assert "outside" in complaint(toolbox, INPUT=ground(), START_POINTS=far)
     with pytest.raises(RefusedError):
@@ -586,6 +590,18 @@ def test_any_crs_and_odd_roads(toolbox, made):
         if row["geometry"].distance(QgsGeometry.fromWkt(point(250, 200))) < 0.05
     ]
     assert [row["degree"] for row in cross] == [4]
+
+
+def test_a_road_that_arrives_is_frontage_enough(toolbox):
+    """Streets grow from its end; where there is none they begin in the middle of the site."""
+    lane = layer([line((0, -50), (0, 0))], kind="LineString", name="lane")
+    far = layer([line((0, -5000), (0, -4000))], kind="LineString", name="far")
+    for roads in (lane, far):
+        run = toolbox.run("growstreets", INPUT=ground(), ROADS=roads, **SMALL)
+        assert grown(run)
+        said = [row["problem"] + row["action"] for row in run.rows("PROBLEMS")]
+        assert not any("sink" in text or "frontage" in text for text in said), said
+        assert any("else in the middle of the site" in text for text in said), said
 
 
 def test_roads_inside_stay_unless_told_otherwise(toolbox):

@@ -17,6 +17,7 @@ MOST = 60_000
 DRAWN = {
     "osmboundary", "osmlayers", "preparesite", "candidatemesh", "designstreets", "smoothstreets",
     "validatenetwork", "parcelblocks", "splitsite", "optimiselayout", "resplitlayout",
+    "growstreets", "measurestreets",
 }  # fmt: skip
 #: Grounds of QGIS's light and dark themes.
 GROUNDS = ("#ffffff", "#efefef", "#323232", "#2b2b2b")

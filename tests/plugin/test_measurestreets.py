@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
+import sqlite3
 
 import pytest
 
@@ -194,7 +196,7 @@ def test_further_styles_fit_what_was_measured(toolbox, package):
     run = measure(toolbox)
     for key, kind, titles in (
         ("OUTPUT", kinds.MEASURED_STREETS, {"Betweenness", "Closeness", "Direction", "Dead ends"}),
-        ("JUNCTIONS", kinds.MEASURED_JUNCTIONS, {"Kind of junction"}),
+        ("JUNCTIONS", kinds.MEASURED_JUNCTIONS, {"Kind"}),
         ("NATURAL_STREETS", kinds.NATURAL_STREETS, set()),
     ):
         made = run.layers[key]
@@ -222,6 +224,51 @@ def test_further_styles_fit_what_was_measured(toolbox, package):
                     # from a file of styles values come back as text
                     own = {str(category.value()) for category in renderer.categories()}
                     assert str(value) in own, (title, value)
+
+
+def test_a_geopackage_holds_everything_that_was_measured(toolbox, tmp_path):
+    """Asking a file for its largest values while its styles are stored leaves it half written."""
+    from qgis.core import QgsProcessingContext, QgsProcessingFeedback
+
+    paths = {key: tmp_path / f"{key}.gpkg" for key in ("OUTPUT", "NATURAL_STREETS", "JUNCTIONS")}
+    asked = {"INPUT": streets(), **{key: str(path) for key, path in paths.items()}}
+    assert toolbox.tool("measurestreets").run(
+        asked, QgsProcessingContext(), QgsProcessingFeedback()
+    )[1]
+    assert sorted(tmp_path.iterdir()) == sorted(paths.values())
+    for key, path in paths.items():
+        assert path.read_bytes()[18:20] == b"\x01\x01", key
+        with contextlib.closing(sqlite3.connect(path)) as base:
+            names = [row[0] for row in base.execute("SELECT styleName FROM layer_styles")]
+        assert names, key
+        # no longer than the column is
+        assert max(map(len, names)) <= 30, names
+
+
+def test_a_shapefile_has_the_styles_that_its_short_names_allow(toolbox, package, tmp_path):
+    from qgis.core import QgsExpression, QgsVectorLayer
+
+    styles, kinds = package("plugin.styles"), package("plugin.street_fields")
+    path = tmp_path / "measured.shp"
+    measure(toolbox, OUTPUT=str(path))
+    made = QgsVectorLayer(str(path), "measured", "ogr")
+    names = set(made.fields().names())
+    assert "betweennes" in names
+    styles.offer_others(made, kinds.MEASURED_STREETS)
+    manager = made.styleManager()
+    assert "Closeness" in manager.styles()
+    assert "Betweenness" not in manager.styles()
+    for title in manager.styles():
+        manager.setCurrentStyle(title)
+        value = QgsExpression(made.renderer().classAttribute())
+        assert value.referencedColumns() <= names, title
+
+
+def test_natural_streets_are_made_on_request(toolbox):
+    """They would hide the measured streets, which are drawn by the same classes at first."""
+    tool = toolbox.tool("measurestreets")
+    made = [p.name() for p in tool.destinationParameterDefinitions() if p.createByDefault()]
+    assert made == ["OUTPUT", "JUNCTIONS", "PROBLEMS"]
 
 
 def test_real_streets(toolbox, shared_data, tmp_path):

@@ -13,16 +13,17 @@ import numpy as np
 
 from ...errors import CancelledError, InputError
 from ...progress import Progress, Silent
+from ..bends import bends_of
 from ..grammar import ROAD_TYPES
 from ..rules import GrowthRules
-from ..types import GROWN, BoolArray, Ground, Growth
+from ..types import Ground, Growth
 from .begin import begin
 from .builder import THERE, Builder, tolerance_of
 from .choose import NO_STATE, STATES, Chooser, Draw
 from .columns import Columns, cell_side
 from .planar import PlanarBuilder
 from .published import PublishedBuilder
-from .stops import Limits
+from .stops import CANCELLED, Limits
 from .walls import Walls
 
 #: Progress is told, and cancellation asked for, every so many nodes.
@@ -94,7 +95,7 @@ class Gardener:
         while not why:
             growing, cancelled = self.iterate(growing)
             self.limits.step(len(growing))
-            why = "it was cancelled" if cancelled else self.limits.over(len(growing))
+            why = CANCELLED if cancelled else self.limits.over(len(growing))
         if not self.columns.grown:
             self.nothing(why, cancelled=cancelled)
         return self.growth(why)
@@ -162,6 +163,8 @@ class Gardener:
         states = [*STATES, None]
         codes = np.array(columns.state, dtype=np.int64)
         codes[codes == NO_STATE] = len(STATES)
+        ends = np.column_stack([columns.a, columns.b]).astype(np.int64)
+        street = np.array(columns.street, dtype=np.int64)
         left = self.builder.left
         return Growth(
             xy=np.column_stack([columns.x, columns.y]).astype(float),
@@ -170,25 +173,14 @@ class Gardener:
             born=np.array(columns.born, dtype=np.int64),
             incoming_road=np.array(columns.road_in, dtype=np.int64),
             incoming=np.array(columns.way_in, dtype=float).reshape(-1, 2),
-            bends=bends_of(columns),
-            ends=np.column_stack([columns.a, columns.b]).astype(np.int64),
+            # also starts from which nothing grew
+            bends=bends_of(len(columns.x), ends, street),
+            ends=ends,
             road=np.array(columns.road, dtype=np.int64),
             edge_type=roads[np.array(columns.kind, dtype=np.int64) + 1],
             step=np.array(columns.step, dtype=np.int64),
-            street=np.array(columns.street, dtype=np.int64),
+            street=street,
             steps=tuple(self.limits.steps),
             stopped=why,
             left_out=sum(count for reason, count in left.items() if reason != THERE),
         )
-
-
-def bends_of(columns: Columns) -> BoolArray:
-    """Return where streets of the ground only bend, also at starts from which nothing grew."""
-    ends = np.column_stack([columns.a, columns.b]).astype(np.int64).ravel()
-    street = np.repeat(np.array(columns.street, dtype=np.int64), 2)
-    count = len(columns.x)
-    degree = np.bincount(ends, minlength=count)
-    low, high = np.full(count, np.iinfo(np.int64).max), np.full(count, GROWN)
-    np.minimum.at(low, ends, street)
-    np.maximum.at(high, ends, street)
-    return np.asarray((degree == 2) & (low == high) & (high != GROWN))

@@ -11,6 +11,8 @@ from .columns import Columns
 
 #: Iterations in a row in which nothing was built, after which growth stops.
 IDLE = 50
+#: Why a growth stopped that its caller cancelled.
+CANCELLED = "it was cancelled"
 #: Least seconds between two reports of progress.
 EVERY = 0.25
 

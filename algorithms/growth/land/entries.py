@@ -20,8 +20,9 @@ from .starts import ENTRY, Place, leads_into_block
 APART = 4
 #: Further entries keep this far from what lies beside them, in usual streets of the grammar.
 BESIDE = 0.75
-#: Spacing of the places along streets that are looked at (metres).
-SAMPLE = 10.0
+#: Spacing of the places along streets that are looked at: at least so many metres, and at most
+#: so many for each length of open ground that an entry needs.
+SAMPLE, ROOM_SAMPLES = 10.0, 8.0
 #: Most entries from one street.
 MOST = 50
 #: Streets this near to the ground border it (metres).
@@ -179,19 +180,18 @@ def _along(
     net: GivenNetwork, part: shapely.Geometry | None, sight: Sight, room: float
 ) -> _Along | None:
     """Give places along streets with open ground ahead, None where there is none."""
-    pieces = np.arange(len(net.ends))
-    lines = np.asarray(shapely.linestrings(net.nodes[net.ends]), dtype=object)
-    if part is not None:
-        pieces = np.unique(shapely.STRtree(lines).query(part, predicate="dwithin", distance=NEAR))
+    pieces = np.arange(len(net.ends)) if part is None else sight.pieces_near(part, NEAR)
     if not len(pieces):
         return None
-    lines, ends = lines[pieces], net.nodes[net.ends[pieces]]
+    ends = net.nodes[net.ends[pieces]]
+    lines = np.asarray(shapely.linestrings(ends), dtype=object)
     if part is not None:
         middle = _middle(part)
     else:
         longest = int(np.argmax(np.round(shapely.length(lines), 3)))
         middle = ends[longest].mean(axis=0)
-    count = np.maximum(1, np.ceil(shapely.length(lines) / SAMPLE)).astype(np.int64)
+    apart = max(SAMPLE, room / ROOM_SAMPLES)
+    count = np.maximum(1, np.ceil(shapely.length(lines) / apart)).astype(np.int64)
     own = np.repeat(np.arange(len(lines)), count)
     place = np.arange(len(own)) - np.repeat(np.cumsum(count) - count, count)
     share = (place + 0.5) / count[own]
@@ -213,7 +213,8 @@ def _along(
     else:
         ahead = xy + way
         open_ &= shapely.contains_xy(part, ahead[:, 0], ahead[:, 1])
-        open_ &= shapely.dwithin(shapely.points(xy), sight.domain, 0.0)
+        # what is prepared comes first
+        open_ &= shapely.dwithin(sight.domain, shapely.points(xy), 0.0)
     if not open_.any():
         return None
     ends = np.concatenate([ends[own], ends[own]])

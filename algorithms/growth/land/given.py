@@ -17,6 +17,7 @@ from ...progress import Progress
 from ...site.crs import layer_crs, working_crs
 from ...site.repair import Problems
 from ...site.roads import RoadLayer
+from ..bends import bends_of
 from ..types import BoolArray, FloatArray, IntArray
 from .pieces import Pieces, cut_lines
 
@@ -207,25 +208,6 @@ def network(
     place = np.cumsum(used) - 1
     nodes, ends = nodes[used], place[ends].astype(np.int64)
     return GivenNetwork(tuple(kept), nodes, ends, number, bends_of(len(nodes), ends, number))
-
-
-def bends_of(count: int, ends: IntArray, street: IntArray) -> BoolArray:
-    """Tell at which nodes exactly two pieces of one street meet, shape (count,).
-
-    Parameters
-    ----------
-    count
-        Number of nodes.
-    ends, street
-        As in `Ground`.
-    """
-    degree = np.bincount(ends.ravel(), minlength=count)
-    low = np.full(count, np.iinfo(np.int64).max)
-    high = np.full(count, -1, dtype=np.int64)
-    for side in (0, 1):
-        np.minimum.at(low, ends[:, side], street)
-        np.maximum.at(high, ends[:, side], street)
-    return np.asarray((degree == 2) & (low == high))
 
 
 def _runs(pieces: Pieces, streets: Sequence[GivenStreet]) -> tuple[list[GivenStreet], IntArray]:

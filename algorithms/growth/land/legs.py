@@ -144,6 +144,13 @@ class Sight:
         The streets that are there.
     limit
         Nothing further away matters, metres.
+
+    Attributes
+    ----------
+    walls
+        Shape (k, 2, 2). What blocks the view: the pieces of the streets, then the domain's rings.
+    pieces
+        Number of the former.
     """
 
     def __init__(self, domain: shapely.Geometry | None, net: GivenNetwork, limit: float) -> None:
@@ -157,8 +164,23 @@ class Sight:
             inner = ring[:-1] == ring[1:]
             rings = np.stack([xy[:-1][inner], xy[1:][inner]], axis=1)
             walls = np.concatenate([walls, rings])
-        self.walls = walls
+        self.walls, self.pieces = walls, len(net.ends)
         self.tree = shapely.STRtree(shapely.linestrings(walls)) if len(walls) else None
+
+    def pieces_near(self, area: shapely.Geometry, reach: float) -> IntArray:
+        """Find the pieces of streets that come near an area, in their order.
+
+        Parameters
+        ----------
+        area
+            Any geometry.
+        reach
+            How near, metres.
+        """
+        if self.tree is None:
+            return np.zeros(0, dtype=np.int64)
+        found = np.unique(self.tree.query(area, predicate="dwithin", distance=reach))
+        return np.asarray(found[found < self.pieces], dtype=np.int64)
 
     def from_places(self, xy: FloatArray, way: FloatArray) -> FloatArray:
         """Measure how far it is to the edge of the domain or the next street.

@@ -70,7 +70,7 @@ def grown_blocks(growth: Growth, real: RealGround, progress: Progress | None = N
         If the caller cancels.
     """
     lines = np.asarray(shapely.linestrings(growth.xy[growth.ends]), dtype=object)
-    faces = _faces(growth, lines, real.ground.domain, progress)
+    faces = block_faces(growth, real.ground.domain, progress)
     ask(progress)
     owner, edge, length = _sides(faces, lines)
     ask(progress)
@@ -82,18 +82,49 @@ def grown_blocks(growth: Growth, real: RealGround, progress: Progress | None = N
     return Blocks(faces, sides, bare < OPEN, step)
 
 
-def _faces(
-    growth: Growth, lines: Shapes, domain: shapely.Geometry | None, progress: Progress | None
+def block_faces(
+    growth: Growth,
+    domain: shapely.Geometry | None,
+    progress: Progress | None,
+    *,
+    within: Shapes | None = None,
 ) -> Shapes:
-    """Enclose the blocks."""
-    border = _border(domain)
-    every = np.concatenate([lines, border, _closings(growth, border)])
+    """Find the outlines of blocks, shape (b,), in the order of their lowest corners.
+
+    Parameters
+    ----------
+    growth, progress
+        As of `grown_blocks`.
+    domain
+        That of the ground, or None.
+    within
+        Shape (k,). Blocks of the same growth when it was smaller: only what became of them is
+        looked for. None for everywhere.
+
+    Raises
+    ------
+    CancelledError
+        If the caller cancels.
+    """
+    edges, border = growth.ends, _border(domain)
+    if within is not None:
+        near = shapely.STRtree(shapely.linestrings(growth.xy[edges]))
+        edges = edges[_found(near, within)]
+        border = border[_found(shapely.STRtree(border), within)]
+        ask(progress)
+    lines = np.asarray(shapely.linestrings(growth.xy[edges]), dtype=object)
+    every = np.concatenate([lines, border, _closings(growth.xy[np.unique(edges)], border)])
     # streets end at the edge but for rounding: the grid brings them together
     noded = aside(partial(shapely.union_all, grid_size=GRID), every, progress)
     pieces = shapely.get_parts(noded)
     faces = shapely.get_parts(aside(shapely.polygonize, pieces, progress))
     ask(progress)
-    return _inside(faces, domain)
+    return _inside(faces, domain, within)
+
+
+def _found(tree: shapely.STRtree, areas: Shapes) -> IntArray:
+    """Tell what of a tree lies in areas or along them, in its order."""
+    return np.unique(tree.query(areas, predicate="dwithin", distance=BESIDE)[1])
 
 
 def _border(domain: shapely.Geometry | None) -> Shapes:
@@ -106,13 +137,13 @@ def _border(domain: shapely.Geometry | None) -> Shapes:
     )
 
 
-def _closings(growth: Growth, border: Shapes) -> Shapes:
+def _closings(nodes: FloatArray, border: Shapes) -> Shapes:
     """Lead nodes that hardly miss the border on to it.
 
     The domain reaches a little beyond the streets along its edge. What lies beyond them would
     hang on blocks as long tails.
     """
-    points = shapely.points(growth.xy)
+    points = shapely.points(nodes)
     if not len(border) or not len(points):
         return np.zeros(0, dtype=object)
     tree = shapely.STRtree(border)
@@ -123,14 +154,18 @@ def _closings(growth: Growth, border: Shapes) -> Shapes:
     return np.asarray(shapely.shortest_line(points[node[apart]], border[side[apart]]))
 
 
-def _inside(faces: Shapes, domain: shapely.Geometry | None) -> Shapes:
+def _inside(faces: Shapes, domain: shapely.Geometry | None, within: Shapes | None) -> Shapes:
     """Keep faces inside the domain that are no mere strips, in the order of their corners."""
     around = shapely.length(faces)
     keep = shapely.area(faces) > STRIP / 2 * around
+    inner = shapely.point_on_surface(faces)
     if domain is not None:
         shapely.prepare(domain)
-        inner = shapely.point_on_surface(faces)
         keep &= shapely.contains_xy(domain, shapely.get_x(inner), shapely.get_y(inner))
+    if within is not None:
+        own = np.zeros(len(faces), dtype=bool)
+        own[shapely.STRtree(within).query(inner, predicate="within")[0]] = True
+        keep &= own
     faces = shapely.normalize(faces[keep])
     bounds = shapely.bounds(faces)
     return np.asarray(faces[np.lexsort(bounds.T[[3, 2, 0, 1]])], dtype=object)

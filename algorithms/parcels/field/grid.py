@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,10 @@ from shapely.geometry import Polygon
 
 from .outline import Complexes, Floats, Ints, NearestEdge, Outline, to_segments
 from .triangulation import Triangulation
+
+
+#: Values are given so many steps around a region: further out no line is ever followed.
+MARGIN = 3.0
 
 
 @dataclass(frozen=True)
@@ -29,7 +34,8 @@ class Grid:
     cross
         (cos 4t + i sin 4t), not normalised: short near singularities; flat, complex.
     inside
-        Distance to the boundary, negative outside; flat, metres.
+        Distance to the boundary, negative outside, there no less than `MARGIN` steps; flat,
+        metres.
     edge
         Number of the nearest edge of the outline, flat.
     slope
@@ -46,25 +52,41 @@ class Grid:
 
     def _place(self, points: Complexes) -> tuple[Ints, npt.NDArray[Any], npt.NDArray[Any]]:
         """Flat index of the lower left node, and the place in the cell, 0 to 1."""
-        at = (points - self.origin) / self.step
-        # plain ufuncs: this is called four times a step of a line
-        x = np.minimum(np.maximum(at.real, 0.0), self.shape[0] - 1.001)
-        y = np.minimum(np.maximum(at.imag, 0.0), self.shape[1] - 1.001)
+        # plain ufuncs of real numbers: this is called four times a step of a line
+        per = 1.0 / self.step
+        x = (points.real - self.origin.real) * per
+        y = (points.imag - self.origin.imag) * per
+        x = np.minimum(np.maximum(x, 0.0), self.shape[0] - 1.001)
+        y = np.minimum(np.maximum(y, 0.0), self.shape[1] - 1.001)
         i, j = x.astype(np.int64), y.astype(np.int64)
         return i * self.shape[1] + j, x - i, y - j
 
     def take(self, points: Complexes, *values: npt.NDArray[Any]) -> list[npt.NDArray[Any]]:
         """Bilinear values at points, for each of the flat arrays given."""
         at, x, y = self._place(points)
-        row = self.shape[1]
         found = []
         for value in values:
-            low = value.take(at)
-            low = low + (value.take(at + 1) - low) * y
-            high = value.take(at + row)
-            high = high + (value.take(at + row + 1) - high) * y
+            four = self._four(value).take(at, axis=0)
+            low, high = four[:, 0], four[:, 2]
+            low = low + (four[:, 1] - low) * y
+            high = high + (four[:, 3] - high) * y
             found.append(low + (high - low) * x)
         return found
+
+    def _four(self, value: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Values at the corners of the cell above each node, side by side, shape (n, 4)."""
+        if id(value) not in self._cells:
+            row = self.shape[1]
+            corners = [value[offset:] for offset in (0, 1, row, row + 1)]
+            # the last nodes are the lower left corner of no cell
+            four = np.stack([corner[: len(corners[-1])] for corner in corners], axis=1)
+            self._cells[id(value)] = value, four
+        return self._cells[id(value)][1]
+
+    @cached_property
+    def _cells(self) -> dict[int, tuple[npt.NDArray[Any], npt.NDArray[Any]]]:
+        """Arrays that were asked for, with their values cell by cell."""
+        return {}
 
     def nearest_edge(self, points: Complexes) -> Ints:
         """Return the edge of the outline that is nearest to the nearest node."""
@@ -99,12 +121,14 @@ def make_grid(polygon: Polygon, mesh: Triangulation, z: Complexes, step: float) 
         indexing="ij",
     )
     nodes = np.c_[x.ravel(), y.ravel()]
-    distance, edge = NearestEdge(mesh.outline, 0.5 * step)(nodes)
     shapely.prepare(polygon)
     within = shapely.contains_xy(polygon, nodes[:, 0], nodes[:, 1])
+    nearest = NearestEdge(mesh.outline, 0.5 * step)
+    distance, edge = np.empty(len(nodes)), np.empty(len(nodes), np.int64)
+    distance[within], edge[within] = nearest(nodes[within])
+    distance[~within], edge[~within] = nearest.within(nodes[~within], MARGIN * step)
     cross = _fill(mesh, z, nodes, origin, step, shape)
-    # further out no line is ever followed
-    outside = (~within & (distance < 3 * step)) | (within & (cross == 0))
+    outside = (~within & (distance < MARGIN * step)) | (within & (cross == 0))
     cross[~within] = 0.0
     cross[outside] = _at_boundary(mesh, z, nodes[outside])
     length = np.abs(cross)

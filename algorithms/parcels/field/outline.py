@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -136,6 +137,7 @@ class NearestEdge:
 
     def __init__(self, edges: Outline, spacing: float) -> None:
         self.edges = edges
+        self.spacing = spacing
         owner, t = pieces_of_edges(edges.length, spacing)
         self.owner = owner
         way = edges.end - edges.start
@@ -146,7 +148,30 @@ class NearestEdge:
         """Return the distance (metres) and the number of the nearest edge, shape (n,) each."""
         if not len(points):
             return np.zeros(0), np.zeros(0, np.int64)
-        edge = self.owner[self.tree.query(points)[1]]
+        return self._exact(points, self.tree.query(points)[1])
+
+    def within(self, points: Floats, limit: float) -> tuple[Floats, Ints]:
+        """Return the same, in less time: `limit` and edge 0 for points further off than it.
+
+        Parameters
+        ----------
+        points
+            Shape (n, 2), metres.
+        limit
+            Metres; points a little further off may get their distance all the same.
+        """
+        distance, edge = np.full(len(points), limit), np.zeros(len(points), np.int64)
+        if len(points):
+            # the nearest sample is no further from the nearest place than half their spacing
+            far = 1.001 * math.hypot(limit, 0.5 * self.spacing)
+            sample = self.tree.query(points, distance_upper_bound=far)[1]
+            near = np.flatnonzero(sample < len(self.owner))
+            distance[near], edge[near] = self._exact(points[near], sample[near])
+        return distance, edge
+
+    def _exact(self, points: Floats, sample: Ints) -> tuple[Floats, Ints]:
+        """Distance to the nearest of the edges at the nearest sample, and its number."""
+        edge = self.owner[sample]
         around = np.stack([edge, self.before[edge], self.after[edge]], axis=1)
         distance, _ = to_segments(points[:, None], self.edges.start[around], self.edges.end[around])
         which = distance.argmin(axis=1)

@@ -114,7 +114,7 @@ def _hexagons(polygon: Polygon, edges: Outline, size: float) -> Floats:
     points = np.c_[x.ravel(), y.ravel()]
     shapely.prepare(polygon)
     points = points[shapely.contains_xy(polygon, points[:, 0], points[:, 1])]
-    distance, _ = NearestEdge(edges, 0.5 * size)(points)
+    distance, _ = NearestEdge(edges, 0.5 * size).within(points, 2 * CLEAR * size)
     return np.asarray(points[distance > CLEAR * size])
 
 

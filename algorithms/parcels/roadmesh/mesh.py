@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -56,6 +57,11 @@ class Region:
         """Yield the half-edges, ring by ring."""
         for ring in self.rings:
             yield from zip(ring, (*ring[1:], ring[0]))
+
+    @cached_property
+    def halves(self) -> npt.NDArray[np.int64]:
+        """The half-edges in the same order, shape (e, 2); not to be changed."""
+        return np.array(list(self.edges()), dtype=np.int64)
 
 
 class StreetMesh:

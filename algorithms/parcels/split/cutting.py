@@ -111,7 +111,7 @@ def locate(mesh: StreetMesh, region: int, xy: Floats) -> tuple[Floats, tuple[int
     vertex
         The vertex within half a metre that it should be instead, or None.
     """
-    halves = np.array(list(mesh.regions[region].edges()), dtype=int)
+    halves = mesh.regions[region].halves
     start, stop = mesh.xy[halves[:, 0]], mesh.xy[halves[:, 1]]
     way = stop - start
     length = np.maximum((way * way).sum(axis=1), 1e-12)

@@ -142,14 +142,16 @@ def parts(polygon: Polygon, lines: Sequence[LineString]) -> list[Polygon] | None
     [1.0, 3.0]
     """
     ring = polygon.exterior
-    ends = [shapely.Point(line.coords[k]) for line in lines for k in (0, -1)]
-    if len(lines) > 1 or max(ring.distance(end) for end in ends) > 1e-6:
+    if len(lines) > 1:
         return _noded(polygon, lines)
     (line,) = lines
+    chain = shapely.get_coordinates(line)
+    ends = shapely.points(chain[[0, -1]])
+    if shapely.distance(ring, ends).max() > 1e-6:
+        return _noded(polygon, lines)
     xy = shapely.get_coordinates(ring)[:-1]
     along = np.r_[0.0, np.cumsum(np.hypot(*(np.roll(xy, -1, axis=0) - xy).T))]
-    chain = shapely.get_coordinates(line)
-    start, stop = (float(ring.project(shapely.Point(end))) for end in (chain[0], chain[-1]))
+    start, stop = shapely.line_locate_point(ring, ends).tolist()
     if abs(start - stop) < 1e-6:
         return None
     vertices = along[:-1]

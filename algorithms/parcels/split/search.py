@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
-from shapely.geometry import LineString, MultiLineString
+from shapely.geometry import LineString, MultiLineString, Polygon
 
 from ...errors import CancelledError
 from ...progress import Progress, Silent
@@ -226,9 +226,7 @@ class Splitter:
             polygon, kinds, junctions, self.rules, self.split, across=across, guides=self.guides,
             seed=int(self._rng.integers(2**31)),
         )  # fmt: skip
-        if not across:
-            offered = [*offered[:LOOKED_AT], *straight(polygon)]
-        for proposal in offered[: LOOKED_AT + MOST_STRAIGHT]:
+        for proposal in _with_straight(offered, polygon, across=across):
             self._ask()
             lines = tuple(fit_ends(self._mesh, region, line, junctions) for line in proposal.lines)
             worse = self._judge(region, samples, lines, across=across)
@@ -294,3 +292,14 @@ class Splitter:
         """Area of the land that is too far from access, square metres."""
         limit = self.split.largest_depth * self.rules.depth
         return float((samples.depth > limit).sum()) * self._spacing**2
+
+
+def _with_straight(
+    offered: Sequence[Proposal], polygon: Polygon, *, across: bool
+) -> Iterator[Proposal]:
+    """Yield the proposals that are looked at; straight streets are made only if these run out."""
+    if across:
+        yield from offered[: LOOKED_AT + MOST_STRAIGHT]
+        return
+    yield from offered[:LOOKED_AT]
+    yield from straight(polygon)
