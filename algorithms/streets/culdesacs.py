@@ -285,7 +285,10 @@ class _Ground:
         away = np.full(off.shape, np.inf)
         if not self.blocked.is_empty:
             away = shapely.distance(points, self.blocked)
-            good &= away >= OBSTACLE_CLEARANCE
+            # corners of obstacles may lie between two places
+            before = np.concatenate([start[:, None], places[:, :-1]], axis=1)
+            steps = shapely.linestrings(np.stack([before, places], axis=2))
+            good &= shapely.distance(steps, self.blocked) >= OBSTACLE_CLEARANCE
         good = np.logical_and.accumulate(good, axis=1)
         side = np.stack([-heading[:, 1], heading[:, 0]], axis=1)[:, None] * apart
         late = (along >= BEGIN)[None, :]

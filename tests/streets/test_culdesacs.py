@@ -127,6 +127,14 @@ def test_obstacles_are_passed_with_room_to_turn():
     assert_sound(ground, street, found, blocked=shed)
 
 
+@pytest.mark.parametrize("height", [22.0, 25.5, 30.0])
+def test_a_corner_between_two_samples_is_seen(height):
+    ground, street = box(0, 0, 66, 190), LineString([(-50, 0), (116, 0)])
+    needle = Polygon([(0, height - 0.5), (30.1, height), (0, height + 0.5)])
+    found = found_in(ground, street, blocked=needle)
+    assert_sound(ground, street, found, blocked=needle)
+
+
 def test_a_longest_length_is_kept():
     arm = box(0, 0, 66, 400)
     street = LineString([(-50, 0), (116, 0)])
