@@ -176,6 +176,7 @@ class _TooLarge:
             places += [replace(p, level=COLLECTOR if wide else LOCAL) for p in found]
         if not places:
             return None
+        ask(progress)
         starts, net = settle(thinned(places, room), net, rules.grammar)
         return Ground(starts, domain, net.nodes, net.ends, net.street, net.bends)
 

@@ -46,7 +46,7 @@ class GrowthRules:
         Grow as CitySprout does, for comparison: a node that is put on a street does not split
         it, and a street to a near node is not checked for crossings again.
     seed
-        Of all random choices.
+        Of all random choices, a whole number, at least 0.
 
     Raises
     ------
@@ -79,6 +79,15 @@ class GrowthRules:
                 raise InputError(
                     f"The {what} to stop at is {limit:g}.",
                     "Give a number greater than 0, or none.",
+                )
+        for what, whole in (
+            ("number of iterations", self.iterations),
+            ("number of streets", self.max_segments),
+            ("seed", self.seed),
+        ):
+            if whole is not None and not (whole >= 0 and float(whole).is_integer()):
+                raise InputError(
+                    f"The {what} is {whole:g}.", "Give a whole number that is not negative."
                 )
         if all(limit is None for limit in limits.values()):
             raise InputError(

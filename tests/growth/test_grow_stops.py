@@ -171,3 +171,11 @@ def test_multipolygons():
         assert part.intersects(grown)
     alone = grow(site_ground(), GrowthRules(FOUR["grid"], max_segments=9999))
     assert growth.grown.sum() > alone.grown.sum()
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"seed": -1}, {"seed": 1.5}, {"iterations": 2.5}, {"max_segments": float("inf")}]
+)
+def test_numbers_that_are_counted_are_whole(wrong):
+    with pytest.raises(InputError, match="Give a whole number that is not negative"):
+        GrowthRules(FOUR["grid"], **{"iterations": 3, **wrong})

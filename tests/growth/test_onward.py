@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
 from platwright.errors import InputError
 from platwright.growth.grammars.shipped import GRAMMARS, shipped_grammar
 from platwright.growth.grow import grow
-from platwright.growth.land.given import GivenStreet
+from platwright.growth.land.entries import entries
+from platwright.growth.land.given import GivenNetwork, GivenStreet
 from platwright.growth.land.ground import RealGround
+from platwright.growth.land.legs import Sight
 from platwright.growth.layers import growth_layers
-from platwright.growth.layers.blocks import grown_blocks
+from platwright.growth.layers.blocks import block_faces, grown_blocks
 from platwright.growth.onward import grow_on
 from platwright.growth.rules import GrowthRules
 from platwright.growth.types import Ground, Start
@@ -39,6 +43,23 @@ def square(grammar):
 
 def rules(name, **options):
     return GrowthRules(shipped_grammar(name), **{"scale": 50.0, "iterations": 200, **options})
+
+
+class Ear(Silent):
+    """Hears what is told, and counts the questions."""
+
+    def __init__(self):
+        self.asked, self.fractions, self.warnings = 0, [], []
+
+    def stage(self, _text, fraction):
+        self.fractions.append(fraction)
+
+    def warn(self, text):
+        self.warnings.append(text)
+
+    def cancelled(self):
+        self.asked += 1
+        return False
 
 
 def remotest(growth):
@@ -188,3 +209,93 @@ def test_cancelling_keeps_what_has_grown():
     for share in (0.2, 0.5, 0.9):
         kept = grow_on(real, asked, 8_000.0, Count(int(share * every.asked)))
         assert 5 < len(kept.ends) < len(full.ends)
+        assert kept.stopped == "it was cancelled"
+
+
+def test_it_asks_at_every_block_whether_to_go_on():
+    real, asked = square(shipped_grammar("organic")), rules("organic")
+    alone, both = Ear(), Ear()
+    blocks = grown_blocks(grow(real.ground, asked, alone), real).polygons
+    grow_on(real, asked, 3_000.0, both)
+    assert both.asked >= alone.asked + (shapely.area(blocks) > 3_000).sum()
+
+
+def test_progress_rises_and_a_warning_is_told_once():
+    # streets of the grammar are longer than the field
+    real, ear = square(shipped_grammar("line")), Ear()
+    growth = grow_on(real, rules("line", scale=200.0, max_segments=500), 5_000.0, ear)
+    assert len(growth.steps) > 10
+    assert len(ear.warnings) == 1
+    assert "Choose a smaller scale" in ear.warnings[0]
+    assert ear.fractions == sorted(ear.fractions)
+    assert ear.fractions[-1] <= 1
+
+
+@pytest.mark.parametrize("name", GRAMMARS)
+def test_existing_streets_bend_where_they_did(name):
+    # the four corners of the ring are no junctions unless a street joins them
+    real, asked = square(shipped_grammar(name)), rules(name)
+    growth = grow_on(real, asked, 8_000.0)
+    for node in range(len(growth.xy)):
+        own = growth.street[(growth.ends == node).any(axis=1)]
+        assert growth.bends[node] == (len(own) == 2 and own[0] == own[1] >= 0), node
+    assert growth.bends.any()
+
+
+def test_a_bend_that_is_joined_later_tells_its_road():
+    # a round field: streets are led to the bends of the ring
+    real = square(shipped_grammar("organic"))
+    turns = np.linspace(0, 2 * np.pi, 200, endpoint=False) - np.pi / 2
+    ring = SIDE / 2 + SIDE / 2 * np.c_[np.cos(turns), np.sin(turns)]
+    bends = np.arange(200) > 0
+    start = replace(real.ground.starts[0], xy=tuple(ring[0].tolist()), node=0)
+    ends = np.c_[np.arange(200), np.roll(np.arange(200), -1)]
+    ground = Ground(
+        (start,), shapely.Polygon(ring).buffer(0.1), ring, ends, np.zeros(200, dtype=int), bends
+    )
+    asked = rules("organic", seed=4)
+    first = grow(ground, asked)
+    growth = grow_on(replace(real, ground=ground), asked, 6_000.0)
+    late = growth.grown & (growth.step > len(first.steps))
+    reached = np.setdiff1d(growth.ends[late, 1], np.unique(first.ends[first.grown]))
+    reached = reached[reached < 200]
+    assert len(reached) >= 3
+    for node in reached:
+        at = (growth.ends == node).any(axis=1)
+        assert growth.incoming_road[node] in growth.road[at & growth.grown]
+        assert np.hypot(*growth.incoming[node]) == pytest.approx(1)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_only_blocks_that_were_too_large_are_looked_at_again(seed):
+    # what became of some blocks is what lies in them of all blocks
+    real, asked = square(shipped_grammar("organic")), rules("organic", seed=seed)
+    before = grown_blocks(grow(real.ground, asked), real).polygons
+    large = before[shapely.area(before) > 15_000]
+    growth = grow_on(real, asked, 15_000.0)
+    every = grown_blocks(growth, real).polygons
+    area = shapely.union_all(large)
+    expected = every[shapely.covers(area.buffer(0.01), every)]
+    found = block_faces(growth, real.ground.domain, None, within=large)
+    assert 0 < len(found) < len(every)
+    assert shapely.equals_exact(found, expected, 1e-9).all()
+
+
+def test_long_streets_are_looked_at_in_steps_that_fit_the_scale():
+    class Counting(Sight):
+        places = 0
+
+        def from_places(self, xy, way):
+            self.places += len(xy)
+            return super().from_places(xy, way)
+
+    # a street of 100 km beside ground in which streets are 10 km long
+    ends = np.array([[0.0, 0.0], [100_000.0, 0.0]])
+    none = np.zeros(2, dtype=bool)
+    street = GivenStreet(LineString(ends), "", "", False, 2)
+    net = GivenNetwork((street,), ends, np.array([[0, 1]]), np.zeros(1, dtype=np.int64), none)
+    part = box(0, 0, 100_000, 50_000)
+    sight = Counting(part, net, 50_000.0)
+    found = entries(net, part, shipped_grammar("grid"), sight, scale=10_000.0, room=4_000.0)
+    assert len(found) >= 2
+    assert sight.places < 1_000

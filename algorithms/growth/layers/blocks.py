@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from ...progress import Progress
-from ...site.watch import aside, ask
+from ...site.watch import aside, ask, in_chunks
 from ..types import BoolArray, FloatArray, Growth, IntArray
 from .outward import Shapes, segments
 
@@ -72,7 +72,7 @@ def grown_blocks(growth: Growth, real: RealGround, progress: Progress | None = N
     lines = np.asarray(shapely.linestrings(growth.xy[growth.ends]), dtype=object)
     faces = block_faces(growth, real.ground.domain, progress)
     ask(progress)
-    owner, edge, length = _sides(faces, lines)
+    owner, edge, length = _sides(faces, lines, progress)
     ask(progress)
     along = edge >= 0
     step = np.zeros(len(faces), dtype=np.int64)
@@ -124,7 +124,8 @@ def block_faces(
 
 def _found(tree: shapely.STRtree, areas: Shapes) -> IntArray:
     """Tell what of a tree lies in areas or along them, in its order."""
-    return np.unique(tree.query(areas, predicate="dwithin", distance=BESIDE)[1])
+    found: IntArray = tree.query(areas, predicate="dwithin", distance=BESIDE)[1]
+    return np.unique(found)
 
 
 def _border(domain: shapely.Geometry | None) -> Shapes:
@@ -184,15 +185,21 @@ def _count_sides(
     return np.bincount(different[:, 0], minlength=count).astype(np.int64)
 
 
-def _sides(polygons: Shapes, lines: Shapes) -> tuple[IntArray, IntArray, FloatArray]:
+def _sides(
+    polygons: Shapes, lines: Shapes, progress: Progress | None
+) -> tuple[IntArray, IntArray, FloatArray]:
     """Give polygon, edge and length of each straight side; the edge is -1 without a street."""
     rings, polygon = shapely.get_rings(polygons, return_index=True)
     xy, ring = shapely.get_coordinates(rings, return_index=True)
     side = np.flatnonzero(ring[1:] == ring[:-1])
     middles = shapely.points((xy[side] + xy[side + 1]) / 2)
-    edge = np.full(len(side), -1, dtype=np.int64)
-    if len(side) and len(lines):
-        tree = shapely.STRtree(lines)
-        hit, line = tree.query_nearest(middles, max_distance=NEAR, all_matches=False)
-        edge[hit] = line
+    tree = shapely.STRtree(lines)
+
+    def beside(points: Shapes) -> IntArray:
+        found = np.full(len(points), -1, dtype=np.int64)
+        hit, line = tree.query_nearest(points, max_distance=NEAR, all_matches=False)
+        found[hit] = line
+        return found
+
+    edge = in_chunks(beside, middles, progress)
     return polygon[ring[side]], edge, np.hypot(*(xy[side + 1] - xy[side]).T)

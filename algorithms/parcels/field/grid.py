@@ -14,7 +14,6 @@ from shapely.geometry import Polygon
 from .outline import Complexes, Floats, Ints, NearestEdge, Outline, to_segments
 from .triangulation import Triangulation
 
-
 #: Values are given so many steps around a region: further out no line is ever followed.
 MARGIN = 3.0
 

@@ -75,7 +75,10 @@ def fill_blocks(
             raise CancelledError(CANCELLED)
         rows[index] = _resolved(parts[index], rows[index], rules)
     progress.stage("Checking the parcels", 0.95)
-    for index, fault in enumerate(faults(parts, rows, rules)):
+    # what was cut has been checked; what became of it since has not
+    new = [i for i, cut in enumerate(cuts) if rows[i] is not cut.plots or not cut.method]
+    checked = faults([parts[i] for i in new], [rows[i] for i in new], rules)
+    for index, fault in zip(new, checked):
         if fault is not None:
             problems.append(_undone(parts[index], fault))
             rows[index] = cuts[index].plots

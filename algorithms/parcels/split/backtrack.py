@@ -16,8 +16,6 @@ MOST_PARTS = 6
 FAIR = 5.0
 #: Regions that cost no more than this above it are left alone, and less is no gain.
 WORTH, LEAST_GAIN = 15.0, 1.0
-#: Effort grows with this power of the number of parts, and the odds of a gain fall.
-EFFORT = 0.5
 #: So many in a row that are no better are enough.
 PATIENCE = 8
 
@@ -86,7 +84,7 @@ class Backtracker:
         for family in self.mesh.families(MOST_PARTS):
             parts = family[1]
             excess = sum(self._lacks(part) for part in parts)
-            gain = excess / (1 + tried.get(family, 0)) ** 2 / len(parts) ** EFFORT
+            gain = excess / (1 + tried.get(family, 0)) ** 2 / len(parts) ** 0.5
             if excess > WORTH and (best is None or gain > best[0]):
                 best = (gain, family)
         return None if best is None else best[1]

@@ -95,10 +95,41 @@ def sample(mesh: StreetMesh, region: int, spacing: float) -> Samples:
     if lines and len(xy):
         segments, half = shapely.linestrings(np.array(lines)), np.array(offsets)
         for width in np.unique(half):
-            tree = shapely.STRtree(segments[half == width])
-            near = tree.geometries[tree.nearest(points)]
+            own = half == width
+            near = segments[own][_nearest(xy, np.array(lines)[own])]
             depth = np.minimum(depth, shapely.distance(points, near) - width)
     return Samples(points, depth)
+
+
+def _nearest(xy: Floats, segments: Floats) -> npt.NDArray[np.int64]:
+    """Find the segment nearest to each point; less work than a tree, as segments are few.
+
+    Parameters
+    ----------
+    xy
+        Points, shape (n, 2), metres.
+    segments
+        Their ends, shape (s, 2, 2).
+
+    Returns
+    -------
+    ndarray of int, shape (n,)
+    """
+    start, way = segments[:, 0], segments[:, 1] - segments[:, 0]
+    square = np.maximum((way * way).sum(axis=1), 1e-18)
+    best = np.full(len(xy), math.inf)
+    found = np.zeros(len(xy), dtype=np.int64)
+    x, y = xy.T
+    for k, ((x0, y0), (wx, wy), size) in enumerate(zip(start.tolist(), way.tolist(), square)):
+        dx, dy = x - x0, y - y0
+        t = np.minimum(np.maximum((dx * wx + dy * wy) / size, 0.0), 1.0)
+        dx -= t * wx
+        dy -= t * wy
+        off = dx * dx + dy * dy
+        nearer = off < best
+        best[nearer] = off[nearer]
+        found[nearer] = k
+    return found
 
 
 def block_length(polygon: Polygon) -> float:
