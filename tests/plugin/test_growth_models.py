@@ -34,7 +34,7 @@ def draft(root, toolbox):
 
 
 def chain(draft, first, behind):
-    """Put a model together: streets, parcels in blocks, one that changes them, both measures."""
+    """Put a model together: streets, parcels in blocks, one that changes them, all measures."""
     asked, made, value = draft.asked, draft.made, draft.value
     model = draft.Draft(f"{first}{behind}", "Chain", "Tests.", "Tests.")
     for key in ("INPUT", "ROADS", "OBSTACLES"):
@@ -49,10 +49,15 @@ def chain(draft, first, behind):
         },
         STREETS="Streets",
     )  # fmt: skip
+    # measured streets are still streets: parcels are made of what the measure gives
+    model.step(
+        "net", "platwright:measurestreets", "Network",
+        {"INPUT": made("streets", "STREETS"), **site}, OUTPUT="Network",
+    )  # fmt: skip
     parcels = {"OBSTACLES": asked("OBSTACLES"), "SNAP_DISTANCE": value(60)}
     model.step(
         "parcels", "platwright:parcelblocks", "Parcels",
-        {"STREETS": made("streets", "STREETS"), **site, **parcels},
+        {"STREETS": made("net", "OUTPUT"), **site, **parcels},
         PARCELS="Parcels",
     )  # fmt: skip
     steps = {
@@ -83,8 +88,8 @@ def chain(draft, first, behind):
     return model
 
 
-OUTPUTS = ("streets:STREETS", "parcels:PARCELS", "changed:PARCELS", "measured:OUTPUT",
-           "shares:OUTPUT")  # fmt: skip
+OUTPUTS = ("streets:STREETS", "net:OUTPUT", "parcels:PARCELS", "changed:PARCELS",
+           "measured:OUTPUT", "shares:OUTPUT")  # fmt: skip
 
 
 @pytest.mark.parametrize("first", sorted(WISHES))
@@ -105,6 +110,11 @@ def test_parcels_behind_streets_in_a_saved_model(
     )  # fmt: skip
     found = {key: binary.rows(path) for key, path in paths.items()}
     assert any(row["status"] == "new" for row in found["streets:STREETS"]), said
+    net = found["net:OUTPUT"]
+    assert len(net) == len(found["streets:STREETS"])
+    # pieces of existing streets under half a metre are one place
+    assert all(row["betweenness"] >= 0 for row in net if row["length_m"] > 0.5)
+    assert {row["natural_id"] for row in net} >= {1, 2, 3}
     before, after = found["parcels:PARCELS"], found["changed:PARCELS"]
     lots = [row for row in after if row["land_use"] == "parcel"]
     assert len(lots) > 40, said
