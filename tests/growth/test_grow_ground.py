@@ -105,3 +105,18 @@ def test_new_roads_begin_where_the_old_end():
     assert (growth.step[~growth.grown] == 0).all()
     assert (growth.edge_type[~growth.grown] == "").all()
     assert (growth.road_type[:4] == "").all()
+
+
+def test_no_street_beside_a_given_one_that_bends_away_and_comes_back():
+    # the ends of a given street are joined by a new one only if there is room between them
+    ends = np.array([[0, 1], [1, 2], [2, 3], [3, 4]])
+    street, bends = np.array([0, 0, 0, 1]), np.array([False, True, True, False, False])
+    leaf = State("s", "L")
+    rule = Rule(1.0, "K", (Child((0.0, 0.0), (1.0, 1.0), State("s", "K")),))
+    rules = GrowthRules(Grammar("ahead", {leaf: (rule,)}), scale=60, iterations=3)
+    starts = (Start((0.0, 0.0), (1.0, 0.0), leaf, 0), Start((0.0, -300.0), (1.0, 0.0), leaf))
+    for depth, built in ((8.0, 1), (30.0, 2)):
+        nodes = np.array([(0, 0), (4, depth), (64, depth), (68, 0), (68, -60)], dtype=float)
+        growth = grow(Ground(starts, None, nodes, ends, street, bends), rules)
+        assert growth.grown.sum() == built
+        assert growth.left_out == 2 - built

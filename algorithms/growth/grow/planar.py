@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from ..rules import GrowthRules
 from ..types import GROWN
-from .builder import ANGLE, CROWDED, OUTSIDE, SHORT, THERE, Builder
+from .builder import ANGLE, BESIDE, CROWDED, OUTSIDE, SHORT, THERE, Builder
 from .cells import corridor
 from .choose import NO_STATE, Chooser, Draw
 from .columns import Columns
@@ -24,6 +24,9 @@ from .walls import Walls
 LEAST_ANGLE = 1.0
 #: How near a bend a street must come to be led to it: metres, and share of the radius.
 BEND, BEND_SHARE = 2.0, 0.1
+#: Streets nearer than this lie beside each other, as a share of the clearance; it is asked of
+#: streets at least so many times as long, which at right angles soon are further away.
+BESIDE_SHARE, LONG = 0.5, 4.0
 #: How often the end of a street may move.
 ROUNDS = 6
 
@@ -167,7 +170,7 @@ class PlanarBuilder(Builder):
             along = columns.way[edge]
             if abs(along[0] * way[0] + along[1] * way[1]) > self.cosine:
                 return ANGLE
-        return ""
+        return BESIDE if self._beside((columns.x[node], columns.y[node]), way, length) else ""
 
     def obstacle(self, node: int, target: Target) -> Target | None:
         """Return what a street to a target meets first on its way, None if nothing."""
@@ -257,6 +260,20 @@ class PlanarBuilder(Builder):
         if bend >= 0:
             return Target(self.columns.x[bend], self.columns.y[bend], bend)
         return Target(x, y, edge=edge)
+
+    def _beside(self, start: tuple[float, float], way: tuple[float, float], length: float) -> bool:
+        """Tell whether a street lies beside another for most of its length.
+
+        A given street that bends away and comes back makes no needle where the new one begins.
+        """
+        near = BESIDE_SHARE * self.clearance
+        if length < LONG * near:
+            return False
+        foot = self.columns.foot
+        return all(
+            foot(start[0] + part * way[0], start[1] + part * way[1], near, but=-1) is not None
+            for part in (0.3 * length, 0.5 * length, 0.7 * length)
+        )
 
     def _needle(self, node: int, ux: float, uy: float) -> bool:
         """Tell whether a street that leaves a node lies too near to another there."""
