@@ -329,7 +329,8 @@ def _central(network: Network, within: _Within) -> dict[str, Any]:
 def _mesh(network: Network, within: _Within) -> dict[str, Any]:
     ends = network.segments.ends[within.segments]
     length = network.segments.length[within.segments]
-    nodes, local = np.unique(ends, return_inverse=True)
+    # of the ravelled ends: numpy 2 gives the inverse the shape of what it is given
+    nodes, local = np.unique(ends.ravel(), return_inverse=True)
     inside = StreetGraph(np.zeros((len(nodes), 2)), local.reshape(-1, 2), (), local[:0])
     part = inside.components() if len(nodes) else local[:0]
     parts = int(part.max(initial=-1)) + 1
