@@ -22,6 +22,8 @@ from . import growthinputs, siteinputs
 
 #: In a hectare.
 SQUARE_METRES = 10_000.0
+#: Inputs of which one tells growth over open ground when to stop.
+LIMITS = ("MAX_LENGTH", "MAX_SEGMENTS", "POPULATION")
 
 
 class GrowStreets(Tool):
@@ -40,9 +42,12 @@ class GrowStreets(Tool):
         paragraphs=(
             "Streets branch step by step, as old towns did, until there is no room left or a "
             "limit is reached; in blocks of a site that are still too large they begin anew. They "
-            "meet in junctions, never cross obstacles or the edge of the site, and join a street "
-            "or a junction that is near rather than run past it. Hundreds of hectares take "
-            "seconds: try several seeds.",
+            "meet in junctions, and join a street or a junction that is near rather than run past "
+            "it. Hundreds of hectares take seconds: try several seeds.",
+            "Inside the site they keep out of obstacles. Up to the centre lines of the roads along "
+            "its edge the ground belongs to the site as well, as far as the snap distance: there "
+            "obstacles do not hold streets back. A street along the edge of obstacles is tied to "
+            "the roads and may cross a building on that way.",
             "Existing roads stay where they are. Growth goes on from their loose ends and from "
             "where they arrive at the site; start points replace that. Without a site the streets "
             "grow out of the roads, or around the points, over open ground, and one of the limits "
@@ -109,6 +114,12 @@ class GrowStreets(Tool):
         begun = time.monotonic()
         rules = growthinputs.rules_of(request)
         real, crs = _ground(request, rules.grammar, progress.part(0.0, 0.2))
+        if real.ground.domain is None and not any(request.has(key) for key in LIMITS):
+            progress.warn(
+                f"There is neither a site nor a limit, so that streets grow for {rules.iterations} "
+                "iterations, or until the grammar ends; 100 can make thousands of kilometres. Give "
+                "a length, a number of streets or a population to stop at."
+            )
         growing = progress.part(0.2, 0.8)
         largest = SQUARE_METRES * request.number("LARGEST_BLOCK")
         if largest > 0 and real.ground.domain is not None and not rules.as_published:

@@ -35,7 +35,8 @@ EDGES = {
 }
 DEAD_ENDS = {
     "keep": "they stay, as culs-de-sac",
-    "remove": "streets that lead nowhere are taken away again",
+    "remove": "streets that lead nowhere are taken away again, but not those that end at the "
+    "edge of the site",
 }
 #: North in degrees from east, counter-clockwise.
 _NORTH = 90.0
@@ -58,7 +59,9 @@ def land() -> Iterator[QgsProcessingParameterDefinition]:
         "line",
         optional=True,
     )
-    yield siteinputs.obstacles()
+    obstacles = siteinputs.obstacles()
+    obstacles.setHelp(f"{obstacles.help().removesuffix('Optional.')}Only with a site. Optional.")
+    yield obstacles
     yield parameters.layer(
         "START_POINTS",
         "Start points",
@@ -158,8 +161,8 @@ def details() -> Iterator[QgsProcessingParameterDefinition]:
         "GRAMMAR_FILE", "Grammar file", extension="json", defaultValue=None, optional=True
     )
     file.setHelp(
-        "A grammar of your own, instead of the kind of streets; the page on grammars tells how "
-        "one is written. Optional."
+        "A grammar of your own, instead of the kind of streets: a file whose name ends in .json; "
+        "the page on grammars tells how one is written. Optional."
     )
     file.setFlags(file.flags() | compat.ADVANCED)
     yield file
@@ -168,7 +171,12 @@ def details() -> Iterator[QgsProcessingParameterDefinition]:
         ("OBSTACLE_EDGE", "Edge of obstacles", "the edge of obstacles and of holes in the site"),
     ):
         yield parameters.choice(
-            key, text, f"What streets do at {what}.", EDGES, default="stop", advanced=True
+            key,
+            text,
+            f"What streets do at {what}. Without a site it has no effect.",
+            EDGES,
+            default="stop",
+            advanced=True,
         )
     yield parameters.choice(
         "DEAD_ENDS",
@@ -210,7 +218,8 @@ def _distances() -> Iterator[QgsProcessingParameterDefinition]:
         "Streets that would end nearer than this to a junction lead to that junction instead. As "
         "a share of the scale.",
         default=0.8,
-        minimum=0.0,
+        # without any, nothing joins and the number of streets explodes
+        minimum=0.1,
         maximum=100.0,
         advanced=True,
     )
@@ -259,7 +268,8 @@ def _crs() -> QgsProcessingParameterDefinition:
         "CRS", "Coordinate reference system", "ProjectCrs", optional=True
     )
     definition.setHelp(
-        "In metres; for streets without a site, roads and start points. Empty: that of the "
+        "In metres. Asked only where neither a site nor roads nor start points are given; "
+        "otherwise the layers have the system of the first of these that is. Empty: that of the "
         "project. Optional."
     )
     definition.setFlags(definition.flags() | compat.ADVANCED)
