@@ -205,7 +205,9 @@ def test_a_crew_that_stops_leaves_no_work_behind():
     with Crew(search.windows, 2) as crew:
         course = Course(search, crew)
         began = time.monotonic()
-        assert not course.step(run, lambda: time.monotonic() > began + 0.3)
+        # windows may be solved before the stop; those drawn after them are under way then
+        while course.step(run, lambda: time.monotonic() > began + 0.3):
+            assert time.monotonic() < began + 5.0
     end = time.monotonic()
     while any(t.name.startswith("window") and t.is_alive() for t in threading.enumerate()):
         time.sleep(0.02)
