@@ -95,9 +95,9 @@ def run_ours(problem: Any, options: argparse.Namespace) -> dict[str, Any]:
 
 def run_reference(problem: Any, options: argparse.Namespace) -> dict[str, float]:
     """Give the paper's own model to HiGHS for the same time."""
+    from platwright.mip.solvers import solve_mip
     from platwright.network.evaluate import Evaluator
     from platwright.network.mip.reference import reference_model
-    from platwright.network.mip.solvers import solve_mip
     from platwright.network.structure import structure
 
     began = time.monotonic()

@@ -23,12 +23,12 @@ import geopandas as gpd
 import numpy as np
 import pyogrio
 from platwright.errors import InfeasibleError, PlatwrightError
+from platwright.mip.solvers import solve_mip
 from platwright.network.checks.validation import check_design
 from platwright.network.cp import ortools_access
 from platwright.network.evaluate import Evaluator
 from platwright.network.mip.model import NetworkModel, flow_model
 from platwright.network.mip.reference import reference_model
-from platwright.network.mip.solvers import solve_mip
 from platwright.network.problem import NetworkProblem
 from platwright.network.solve import solve
 from platwright.network.specification import Specification

@@ -7,12 +7,12 @@ from typing import Optional
 import numpy as np
 
 from ..errors import CancelledError, InfeasibleError
+from ..mip.solvers import check_solver
 from ..progress import Deadline, Progress
 from .cp import ortools_access
 from .cp.model import cost_grain
 from .evaluate import Evaluator
 from .incumbent import Incumbent, patience
-from .mip.solvers import check_solver
 from .problem import BoolArray, Design, NetworkProblem
 from .search.cp_strategy import TOO_EARLY, no_design_yet, solve_by_cp
 from .search.mip_strategy import solve_by_mip

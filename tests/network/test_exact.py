@@ -9,6 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from platwright.errors import InfeasibleError
 from platwright.mesh.grids import grid
+from platwright.mip.solvers import solve_mip
 from platwright.network.checks.validation import check_design, design_cost
 from platwright.network.cp import connect
 from platwright.network.cp.sat import CpOptions, full_network, run_cp
@@ -17,7 +18,6 @@ from platwright.network.examples import paper_problem
 from platwright.network.incumbent import TOLERANCE, Incumbent
 from platwright.network.mip.model import flow_model
 from platwright.network.mip.reference import reference_model
-from platwright.network.mip.solvers import solve_mip
 from platwright.network.search.cp_strategy import whole_problem
 from platwright.network.solve import solve
 from platwright.network.structure import structure

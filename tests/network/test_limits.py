@@ -8,11 +8,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from platwright.errors import InfeasibleError
+from platwright.mip.solvers import solve_mip
 from platwright.network.checks.validation import check_design, design_cost
 from platwright.network.cp.sat import CpOptions, full_network, run_cp
 from platwright.network.evaluate import Evaluator
 from platwright.network.mip.model import flow_model
-from platwright.network.mip.solvers import solve_mip
 from platwright.network.requirements.budget import LengthBudget
 from platwright.network.requirements.exits import ExitCount
 from platwright.network.requirements.reach import MaxDistance

@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from platwright.errors import InfeasibleError, InputError
 from platwright.mesh.grids import grid
+from platwright.mip.solvers import solve_mip
 from platwright.network.checks.validation import check_design, design_cost
 from platwright.network.cp.sat import CpOptions, full_network, run_cp
 from platwright.network.evaluate import Evaluator, evaluate
@@ -18,7 +19,6 @@ from platwright.network.mip import reference_links
 from platwright.network.mip.model import flow_model
 from platwright.network.mip.reference import reference_model
 from platwright.network.mip.reference_links import list_paths
-from platwright.network.mip.solvers import solve_mip
 from platwright.network.partition import patches, point_to_point, through_route
 from platwright.network.requirements.base import View
 from platwright.network.requirements.linkrepair import repair

@@ -12,13 +12,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from platwright.errors import InputError
 from platwright.mesh.grids import grid
+from platwright.mip.solvers import solve_mip
 from platwright.network.checks.oneway import check_directions
 from platwright.network.checks.validation import check_design, design_cost
 from platwright.network.cp.sat import CpOptions, full_network, run_cp
 from platwright.network.evaluate import Evaluator
 from platwright.network.examples import PAPER_MESHES, paper_problem
 from platwright.network.mip.model import flow_model
-from platwright.network.mip.solvers import solve_mip
 from platwright.network.oneway.bridges import bridges, design_bridges
 from platwright.network.oneway.orientation import orient
 from platwright.network.requirements.twoways import TwoWays

@@ -13,6 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from platwright.errors import CancelledError, InfeasibleError, InputError, MissingDependencyError
 from platwright.mesh.grids import grid
+from platwright.mip.solvers import solve_mip, solver_names
 from platwright.network.checks.validation import check_design, design_cost, design_distances
 from platwright.network.cp import ortools_access
 from platwright.network.cp.sat import full_network
@@ -20,7 +21,6 @@ from platwright.network.evaluate import Evaluator
 from platwright.network.examples import PAPER_MESHES, paper_problem
 from platwright.network.incumbent import Incumbent
 from platwright.network.mip.model import flow_model
-from platwright.network.mip.solvers import solve_mip, solver_names
 from platwright.network.problem import Clause
 from platwright.network.search import cp_strategy, mip_strategy
 from platwright.network.solve import solve

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from ...mip.solvers import solve_mip
 from ..incumbent import Incumbent
 from ..mip.model import flow_model
-from ..mip.solvers import solve_mip
 from ..structure import Structure
 from .relaxation import Relaxation, raise_by_rounds
 

@@ -15,11 +15,11 @@ from typing import Any, Optional
 
 import numpy as np
 
+from ...mip.linear import LinearModel
 from ..cuts.balls import ball_cuts
 from ..local import Term
 from ..problem import BoolArray
 from ..structure import Structure
-from .linear import LinearModel
 
 
 @dataclass(eq=False)

@@ -17,10 +17,10 @@ from typing import Any
 
 import numpy as np
 
+from ...mip.linear import LinearModel
 from ..local import Term
 from ..requirements.links import Link
 from ..structure import Structure
-from .linear import LinearModel
 from .model import NetworkModel, add_cover
 from .reference_links import add_paths
 

@@ -11,8 +11,8 @@ from typing import Any, Optional
 
 import numpy as np
 
+from ...mip.linear import LinearModel
 from ..problem import FloatArray
-from .linear import LinearModel
 
 #: Seconds between two looks at whether a running solve should stop.
 POLL = 0.05

@@ -6,10 +6,10 @@ import time
 
 import numpy as np
 
+from ...mip.solvers import solve_mip
 from ..bounds.by_mip import mip_bound
 from ..incumbent import Incumbent
 from ..mip.model import flow_model
-from ..mip.solvers import solve_mip
 from ..structure import Structure
 from .chords import LONGEST, chord_start
 from .windows import Windows

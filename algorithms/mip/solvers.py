@@ -11,7 +11,7 @@ from typing import Any, Optional
 
 import pulp
 
-from ...errors import InputError
+from ..errors import InputError
 from .linear import LinearModel
 
 #: Seconds between two looks at whether a running solve should stop.
@@ -78,6 +78,7 @@ def solve_mip(
     on_incumbent: Optional[Callable[[dict[str, float]], None]] = None,
     on_bound: Optional[Callable[[float], None]] = None,
     cancelled: Optional[Callable[[], bool]] = None,
+    nodes: Optional[int] = None,
 ) -> MipResult:
     """Solve a mixed-integer program.
 
@@ -102,6 +103,9 @@ def solve_mip(
     cancelled
         Asked about ten times a second; true ends HiGHS, which keeps its incumbent. Other
         solvers are left behind without an answer and run on until their time limit.
+    nodes
+        Most nodes of the search tree, None for no limit; HiGHS only. A run that ends by it gives
+        the same result every time.
 
     Returns
     -------
@@ -114,7 +118,8 @@ def solve_mip(
     """
     check_solver(solver)
     if solver == "highs":
-        return _solve_highs(model, time_limit, gap, threads, on_incumbent, on_bound, cancelled)
+        watch = _Watch(model, on_incumbent, on_bound)
+        return _solve_highs(model, time_limit, gap, threads, watch, nodes, cancelled)
     return _solve_other(model, time_limit, gap, solver, start, cancelled)
 
 
@@ -186,13 +191,13 @@ def _solve_highs(
     time_limit: float,
     gap: float,
     threads: int,
-    on_incumbent: Optional[Callable[[dict[str, float]], None]],
-    on_bound: Optional[Callable[[float], None]],
+    watch: _Watch,
+    nodes: Optional[int],
     cancelled: Optional[Callable[[], bool]],
 ) -> MipResult:
     """Run HiGHS in a thread of its own, with callbacks."""
-    kinds = pulp.HiGHS.hscb.HighsCallbackType
-    watch = _Watch(model, kinds, on_incumbent, on_bound)
+    kinds = watch.kinds
+    more = {} if nodes is None else {"mip_max_nodes": nodes}
     highs = pulp.HiGHS(
         msg=False,
         timeLimit=max(0.05, time_limit),
@@ -201,8 +206,9 @@ def _solve_highs(
         threads=threads,
         callbackTuple=(watch.note, None),
         callbacksToActivate=[kinds.kCallbackMipInterrupt, kinds.kCallbackMipImprovingSolution],
+        **more,
     )
-    if not _run_highs(model, highs, watch, time_limit, cancelled):
+    if not _run_highs(model, highs, watch, time_limit, nodes, cancelled):
         return watch.result("unknown")
     status = _status(model.problem)
     dual = float(model.problem.solverModel.getInfo().mip_dual_bound)
@@ -218,6 +224,7 @@ def _run_highs(
     highs: Any,
     watch: _Watch,
     time_limit: float,
+    nodes: Optional[int],
     cancelled: Optional[Callable[[], bool]],
 ) -> bool:
     """Run HiGHS in a thread of its own; return whether it came to an end."""
@@ -239,6 +246,8 @@ def _run_highs(
         if cancelled is not None and not watch.stop.is_set() and cancelled():
             watch.stop.set()
             end = min(end, time.monotonic() + GRACE)
+    if failure and isinstance(failure[0], KeyError) and nodes is not None:
+        return False  # PuLP has no name for how HiGHS ends at its last node
     if failure:
         raise failure[0]
     if thread.is_alive():
@@ -253,12 +262,11 @@ class _Watch:
     def __init__(
         self,
         model: LinearModel,
-        kinds: Any,
         on_incumbent: Optional[Callable[[dict[str, float]], None]],
         on_bound: Optional[Callable[[float], None]],
     ) -> None:
         self.model = model
-        self.kinds = kinds
+        self.kinds = pulp.HiGHS.hscb.HighsCallbackType
         self.on_incumbent = on_incumbent
         self.on_bound = on_bound
         self.stop = threading.Event()
