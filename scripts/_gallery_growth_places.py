@@ -57,13 +57,13 @@ def _ask(grammar: str, scale: int, seed: int = SEED, **more: Any) -> dict[str, A
 _ALEWIFE = "sites/09_rail_lands_alewife_1km.gpkg"
 SITES = (
     Grown("triesen", "Triesen, Liechtenstein", "sites/02_organic_triesen_li.gpkg", OSM,
-          _ask("organic", 40)),
+          _ask("organic", 40, 8)),
     Grown("helsinki", "Rail yard, Helsinki", "data/helsinki/helsinki_yard.gpkg", OSM,
-          _ask("grid", 60, 1, SNAP_DISTANCE=60)),
+          _ask("grid", 60, 6, SNAP_DISTANCE=60)),
     Grown("notched", "Notched block, Cambridge", "sites/05_concave_notched_cambridge.gpkg",
-          CAMBRIDGE, _ask("organic", 50)),
+          CAMBRIDGE, _ask("organic", 50, 6)),
     Grown("locust_point", "Rail yard at Locust Point, Baltimore",
-          "sites/08_railyard_locust_point_1km.gpkg", OSM, _ask("line", 70, 2)),
+          "sites/08_railyard_locust_point_1km.gpkg", OSM, _ask("line", 70, 3)),
     Grown("alewife_organic", "Rail lands at Alewife, Cambridge", _ALEWIFE, CAMBRIDGE,
           _ask("organic", 70)),
     Grown("alewife_suburb", "Rail lands at Alewife, Cambridge", _ALEWIFE, CAMBRIDGE,

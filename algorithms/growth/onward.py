@@ -164,21 +164,26 @@ class _TooLarge:
         self._tried.update(_key(block) for block in fresh)
         if not fresh:
             return None
-        progress.stage(f"Going on in {len(fresh):,} blocks that are too large", 0.0)
+        what = "1 block that is" if len(fresh) == 1 else f"{len(fresh):,} blocks that are"
+        progress.stage(f"Going on in {what} too large", 0.0)
         net = GivenNetwork((), growth.xy, growth.ends, np.arange(len(growth.ends)), growth.bends)
         sight = Sight(domain, net, FAR * rules.scale)
         room = SPACING * rules.scale
         places: list[Place] = []
         for block in fresh:
             ask(progress)
-            found = entries(net, block, rules.grammar, sight, scale=rules.scale, room=room)
+            again = self._tried[_key(block)] - 1
+            found = entries(
+                net, block, rules.grammar, sight, scale=rules.scale, room=room, again=again
+            )
             wide = block.area > WIDE * self.largest
             places += [replace(p, level=COLLECTOR if wide else LOCAL) for p in found]
         if not places:
             return None
         ask(progress)
         starts, net = settle(thinned(places, room), net, rules.grammar)
-        return Ground(starts, domain, net.nodes, net.ends, net.street, net.bends)
+        strip = self.real.ground.strip
+        return Ground(starts, domain, net.nodes, net.ends, net.street, net.bends, strip)
 
 
 def _key(block: shapely.Geometry) -> _Key:

@@ -9,6 +9,9 @@ from .grammar import Grammar
 
 #: People per metre of road: 154.15 per hectometre (CitySprout, read from its repository).
 PEOPLE_PER_METRE = 1.5415
+#: Least intersect radius, in units of the grammar: without any no street joins another, and their
+#: number explodes.
+LEAST_RADIUS = 0.01
 
 
 @dataclass(frozen=True)
@@ -24,7 +27,8 @@ class GrowthRules:
     scale
         Metres per unit of the grammar, greater than 0. CitySprout's unit is 100 m.
     intersect_radius
-        Nodes nearer than this are joined (check 2 of CS), in units of the grammar, at least 0.
+        Nodes nearer than this are joined (check 2 of CS), in units of the grammar, at least
+        `LEAST_RADIUS`.
     iterations
         Most iterations, or None.
     max_segments
@@ -96,10 +100,10 @@ class GrowthRules:
             )
         for what, value, low, high in (
             ("scale", self.scale, 1e-6, 1e6),
-            ("intersect radius", self.intersect_radius, 0.0, 1e6),
+            ("intersect radius (nearness of junctions)", self.intersect_radius, LEAST_RADIUS, 1e6),
             ("number of people per metre", self.people_per_metre, 1e-9, 1e6),
             ("least angle between streets", self.min_angle, 0.0, 89.0),
-            ("clearance", self.clearance, 0.0, 1.0),
+            ("clearance (nearness of streets)", self.clearance, 0.0, 1.0),
         ):
             if not low <= value <= high:
                 raise InputError(f"The {what} is {value:g}.", f"Give {low:g} to {high:g}.")

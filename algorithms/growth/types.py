@@ -42,6 +42,23 @@ class Start:
 
 
 @dataclass(frozen=True, eq=False)
+class Strip:
+    """What of a ground belongs to no site: it lies between them and the streets along their edges.
+
+    Attributes
+    ----------
+    sites
+        Polygon or MultiPolygon. Outside of it new streets only lead to a street, as straight as can
+        be.
+    streets
+        LineString or MultiLineString. The streets to which they lead.
+    """
+
+    sites: shapely.Geometry
+    streets: shapely.Geometry
+
+
+@dataclass(frozen=True, eq=False)
 class Ground:
     """Where streets may grow, and the streets that are there already; metres.
 
@@ -62,6 +79,8 @@ class Ground:
     bends
         Shape (n,). Nodes where a street only bends: exactly two pieces of one street meet. New
         streets may join there but are not drawn to them.
+    strip
+        Which part of the domain is only crossed, or None where there is none.
     """
 
     starts: tuple[Start, ...]
@@ -70,6 +89,7 @@ class Ground:
     ends: IntArray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
     street: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     bends: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    strip: Strip | None = None
 
 
 @dataclass(frozen=True)

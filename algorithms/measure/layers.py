@@ -16,6 +16,8 @@ from ..site.crs import layer_crs, working_crs
 from ..site.watch import aside
 from .graph import BoolArray, Chain, FloatArray, IntArray, StreetGraph, build_graph, chains
 
+#: What goes on here, for those who cancel it.
+_WORK = "the streets were read"
 #: What the field `status` says of streets that are not designed: they were there, or a level of
 #: streets was given.
 EXISTING = ("existing", "given")
@@ -122,7 +124,7 @@ def read_streets(
                 lines.append(part)
                 row.append(position)
     shapes = np.array(lines, dtype=object)
-    graph = aside(lambda own: build_graph(own.tolist()), shapes, progress)
+    graph = aside(lambda own: build_graph(own.tolist()), shapes, progress, work=_WORK)
     rows = np.array(row, dtype=np.int64)[graph.street]
     labels = [str(label) for label in frame.index]
     used = set(row)

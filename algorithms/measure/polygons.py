@@ -18,6 +18,8 @@ from ..site.repair import NO_AREA, Problems, make_valid
 from ..site.watch import aside, in_chunks
 from .parcel_shape import Floats, rectangles
 
+#: What goes on here, for those who cancel it.
+_WORK = "the polygons were read"
 #: Types of geometry that are polygons; a collection may hold some.
 AREAL = (int(shapely.GeometryType.POLYGON), int(shapely.GeometryType.MULTIPOLYGON))
 _COLLECTION = int(shapely.GeometryType.GEOMETRYCOLLECTION)
@@ -95,7 +97,7 @@ def read_polygons(
     moved = flat if own == source else gpd.GeoSeries(flat, crs=source).to_crs(own).to_numpy()
     shapes = np.full(len(given), None, dtype=object)
     rows = np.flatnonzero(areal)
-    good = in_chunks(shapely.is_valid, moved, progress)
+    good = in_chunks(shapely.is_valid, moved, progress, work=_WORK)
     good &= shapely.get_type_id(moved) != _COLLECTION
     moved = np.array(moved, dtype=object)
     for k in np.flatnonzero(~good).tolist():
@@ -214,7 +216,7 @@ def united(shapes: npt.NDArray[Any], progress: Progress | None = None) -> shapel
     progress
         Asked for cancellation, or None.
     """
-    return aside(shapely.union_all, shapes[~shapely.is_missing(shapes)], progress)
+    return aside(shapely.union_all, shapes[~shapely.is_missing(shapes)], progress, work=_WORK)
 
 
 def closed(land: shapely.Geometry, gap: float) -> shapely.Geometry:

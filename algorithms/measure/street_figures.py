@@ -24,6 +24,9 @@ from .orientation import orientation_entropy, orientation_order
 from .plan import EDGE_GAP, SLIVER, THINNEST
 from .segments import Segments
 
+#: What goes on here, for those who cancel it.
+_WORK = "the streets were measured"
+
 
 @dataclass(frozen=True)
 class StreetFigures:
@@ -203,7 +206,7 @@ def _density(network: Network, progress: Progress | None) -> RoadDensity:
     def measure(_: npt.NDArray[Any]) -> RoadDensity:
         return road_density(network.graph, network.widths, network.site)
 
-    return aside(measure, np.array(network.graph.lines, dtype=object), progress)
+    return aside(measure, np.array(network.graph.lines, dtype=object), progress, work=_WORK)
 
 
 def _within(network: Network) -> _Within:
@@ -258,15 +261,15 @@ def _blocks(network: Network, progress: Progress | None) -> dict[str, Any]:
     """Faces between streets, bridges taken for junctions: on the ground they divide it too."""
     lines = _closed_up(network.graph)
     # On a grid, since lines that nearly touch cannot be cut at each other in plain numbers.
-    noded = aside(lambda own: shapely.union_all(own, grid_size=GRID), lines, progress)
+    noded = aside(lambda own: shapely.union_all(own, grid_size=GRID), lines, progress, work=_WORK)
     pieces = shapely.get_parts(noded)
-    faces = shapely.get_parts(aside(shapely.polygonize, pieces, progress))
+    faces = shapely.get_parts(aside(shapely.polygonize, pieces, progress, work=_WORK))
     faces = faces[shapely.area(faces) >= SLIVER]
     if network.site is not None:
         shapely.prepare(network.site)
         faces = faces[shapely.intersects(network.site, shapely.point_on_surface(faces))]
     if len(faces):
-        faces = faces[in_chunks(_somewhere_wide, faces, progress)]
+        faces = faces[in_chunks(_somewhere_wide, faces, progress, work=_WORK)]
     area = shapely.area(faces) / 1e4
     return {
         "blocks": len(faces),

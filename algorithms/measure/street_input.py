@@ -19,6 +19,8 @@ from ..site.watch import aside, ask
 from .graph import IntArray
 from .layers import StreetLayer, read_streets
 
+#: What goes on here, for those who cancel it.
+_WORK = "the streets were read"
 #: Types of geometry that are lines; a collection may hold some.
 LINEAR = tuple(
     int(kind)
@@ -87,12 +89,12 @@ def read_measured(
     source = layer_crs(frame, layer)
     problems = Problems()
     given = lines_of(frame.geometry)
-    ask(progress)
+    ask(progress, _WORK)
     _note_unusable(frame, given, layer, source, problems)
     usable = np.flatnonzero(~shapely.is_missing(given))
     if not len(usable):
         raise InputError("has no lines.", "Choose a layer of street lines.", layer=layer)
-    same_as = aside(_first_of_same, given, progress)
+    same_as = aside(_first_of_same, given, progress, work=_WORK)
     kept = usable[same_as[usable] == usable]
     names = frame.index.astype(str).to_numpy()
     for k in usable[same_as[usable] != usable].tolist():
@@ -100,9 +102,9 @@ def read_measured(
         problems.add(layer, names[k], text, "counted once", "warning", given[k], source)
     table = frame.iloc[kept].reset_index(drop=True)
     table = table.set_geometry(gpd.GeoSeries(given[kept], crs=source))
-    ask(progress)
+    ask(progress, _WORK)
     streets = read_streets(table, layer, progress)
-    ask(progress)
+    ask(progress, _WORK)
     at = kept[np.array(streets.names, dtype=np.int64)]
     moved = np.full(len(frame), None, dtype=object)
     flat = gpd.GeoSeries(shapely.force_2d(given[usable]), crs=source)

@@ -27,6 +27,8 @@ from .street_features import feature_columns
 from .street_figures import Network, StreetFigures, street_figures
 from .street_input import MeasuredLayer, lines_of, read_measured
 
+#: What goes on here, for those who cancel it.
+_WORK = "the streets were measured"
 #: The field with the widths of streets, where it has this name.
 WIDTH_FIELD = "width_m"
 
@@ -137,7 +139,7 @@ def measure_streets(
     told, wish = progress or Silent(), options or StreetOptions()
     told.stage("Reading the streets", 0.0)
     layer = read_measured(streets, street_layer, progress)
-    ask(progress)
+    ask(progress, _WORK)
     ground = None
     if site is not None:
         area = read_polygons(site, site_layer, layer.crs, progress)
@@ -146,14 +148,14 @@ def measure_streets(
     widths = _widths(streets, layer, wish, street_layer)
     network, levels = _network(layer, ground, widths, wish, told)
     told.stage("Computing figures", 0.85)
-    ask(progress)
+    ask(progress, _WORK)
     figures = street_figures(network, progress)
     if ground is not None and not figures.segments:
         text = "none of the streets lies in the site"
         layer.problems.add(site_layer, "", text, "no figures", "warning", ground, layer.crs)
-    ask(progress)
+    ask(progress, _WORK)
     columns = feature_columns(layer, network, levels)
-    ask(progress)
+    ask(progress, _WORK)
     source, found = layer.streets.source_crs, network.centrality
     return StreetReport(
         streets=_with_columns(streets, columns),
@@ -177,11 +179,11 @@ def _network(
     graph = layer.streets.graph
     told.stage("Joining natural streets", 0.3)
     lines = np.array(graph.lines, dtype=object)
-    label = aside(lambda _: natural_streets(graph, wish.max_turn), lines, told)
-    natural = aside(lambda _: natural_lines(graph, label), lines, told)
-    segments = aside(lambda _: street_segments(graph), lines, told)
+    label = aside(lambda _: natural_streets(graph, wish.max_turn), lines, told, work=_WORK)
+    natural = aside(lambda _: natural_lines(graph, label), lines, told, work=_WORK)
+    segments = aside(lambda _: street_segments(graph), lines, told, work=_WORK)
     kinds = junction_kinds(graph)
-    ask(told)
+    ask(told, _WORK)
     ends = graph.nodes[segments.ends.ravel()].reshape(-1, 4)
     network = Network(
         graph=graph,

@@ -23,6 +23,8 @@ from .blocklines import NEAR, THIN, closed_edges, without_thin_ends
 from .streetspace import GRID, StreetLines, street_space
 from .types import Block
 
+#: What goes on here, for those who cancel it.
+_WORK = "the land was parted into blocks"
 #: Streets up to this far outside the edge of land run on its edge; further out the edge is a
 #: property line, from which nothing is taken (metres).
 ON_EDGE = 2.0
@@ -235,8 +237,10 @@ def _space(
     lines, free = _through_the_edge(own, whole, polygon)
     own = own.with_lines(lines, np.arange(len(lines)))
     areas, serves = street_space(own, free)
-    space = aside(shapely.union_all, areas, progress)
-    open_space = space if own.access.all() else aside(shapely.union_all, areas[serves], progress)
+    space = aside(shapely.union_all, areas, progress, work=_WORK)
+    open_space = (
+        space if own.access.all() else aside(shapely.union_all, areas[serves], progress, work=_WORK)
+    )
     return (
         overlay(shapely.intersection, space, polygon),
         overlay(shapely.intersection, open_space, polygon),

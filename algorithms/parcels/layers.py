@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from .fill.result import FillProblem
 
 Floats = npt.NDArray[np.float64]
+
+#: What goes on here, for those who cancel it.
+_WORK = "the layers of parcels were collected"
 #: Plots have their edges this near to the edges of their block (metres).
 NEAR = 0.05
 #: A parcel lies at a corner where it has at least so much along each of two streets ... (metres)
@@ -120,7 +123,7 @@ def parcel_layers(
     streets: list[gpd.GeoDataFrame] = []
     crss = list(dict.fromkeys([p.crs for p in places] + [p.crs for _, p in space]))
     for crs in crss:
-        ask(progress)
+        ask(progress, _WORK)
         here = [at for at, place in enumerate(places) if place.crs == crs]
         some = [blocks[at] for at in here]
         edges = _open_edges(some)

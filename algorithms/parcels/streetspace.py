@@ -19,10 +19,13 @@ from ..progress import Progress
 from ..site import osmlines
 from ..site.crs import layer_crs
 from ..site.repair import Problems
-from ..site.roads import CLASS_COLUMNS, HIDDEN_COLUMNS, NOT_STREETS
+from ..site.roads import CLASS_COLUMNS, HIDDEN_COLUMNS, NAME_COLUMNS, NOT_STREETS
 from ..site.watch import aside
 
 Floats = npt.NDArray[np.float64]
+
+#: What goes on here, for those who cancel it.
+_WORK = "the street space was drawn"
 #: Side of the grid on which lines are noded (metres).
 GRID = 1e-3
 #: Vertices of centre lines nearer than this to the line of their neighbours do not count (metres).
@@ -115,6 +118,25 @@ class StreetLines:
         return StreetLines(lines, self.half[origin], self.turning[origin], self.access[origin])
 
 
+def levels_of(frame: gpd.GeoDataFrame) -> npt.NDArray[np.int64]:
+    """Levels of streets, 1 to 4, shape (n,): their field level, else by their road class.
+
+    Parameters
+    ----------
+    frame
+        The streets, n of them.
+
+    Examples
+    --------
+    >>> levels_of(gpd.GeoDataFrame({"level": [2, None], "highway": ["", "primary"]}))
+    array([2, 1])
+    """
+    level = _numbers(frame, "level")
+    kinds = np.char.lower(_texts(frame, CLASS_COLUMNS).astype(str))
+    by_class = [_LEVELS.get(kind.removesuffix("_link"), _LOCAL) for kind in kinds.tolist()]
+    return np.where(np.isin(level, (1, 2, 3, 4)), level, by_class).astype(np.int64)
+
+
 def widths_of(frame: gpd.GeoDataFrame, widths: StreetWidths, given: Floats | None = None) -> Floats:
     """Widths of streets, shape (n,), metres.
 
@@ -135,11 +157,7 @@ def widths_of(frame: gpd.GeoDataFrame, widths: StreetWidths, given: Floats | Non
     >>> widths_of(gpd.GeoDataFrame({"level": [1, 3], "width_m": [None, 9.0]}), StreetWidths())
     array([20.,  9.])
     """
-    level = _numbers(frame, "level")
-    kinds = np.char.lower(_texts(frame, CLASS_COLUMNS).astype(str))
-    by_class = [_LEVELS.get(kind.removesuffix("_link"), _LOCAL) for kind in kinds.tolist()]
-    level = np.where(np.isin(level, (1, 2, 3, 4)), level, by_class).astype(int)
-    found = widths.by_level[level - 1]
+    found = widths.by_level[levels_of(frame) - 1]
     own = _numbers(frame, "width_m")
     found = np.where(own > 0, own, found)
     if widths.every is not None:
@@ -239,7 +257,7 @@ def noded(streets: StreetLines, progress: Progress | None = None) -> StreetLines
     if len(streets.lines) == 0:
         return streets
     whole = shapely.simplify(streets.lines, STRAIGHT)
-    net = aside(lambda lines: shapely.union_all(lines, grid_size=GRID), whole, progress)
+    net = aside(lambda lines: shapely.union_all(lines, grid_size=GRID), whole, progress, work=_WORK)
     pieces = shapely.get_parts(net)
     pieces = pieces[shapely.get_type_id(pieces) == shapely.GeometryType.LINESTRING]
     middles = shapely.line_interpolate_point(pieces, 0.5, normalized=True)
@@ -328,6 +346,17 @@ def _corners(node: tuple[int, int], arms: list[tuple[float, float]]) -> list[Any
                 points.append(tip)
         found.append(shapely.convex_hull(shapely.multipoints(np.array(points))))
     return found
+
+
+def names_of(frame: gpd.GeoDataFrame) -> list[str]:
+    """Names of streets, empty where unknown.
+
+    Parameters
+    ----------
+    frame
+        The streets, n of them.
+    """
+    return [str(name) for name in _texts(frame, NAME_COLUMNS)]
 
 
 def _texts(frame: gpd.GeoDataFrame, candidates: tuple[str, ...]) -> npt.NDArray[Any]:

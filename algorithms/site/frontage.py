@@ -112,6 +112,7 @@ def frontage(polygon: Polygon, roads: RoadNetwork, snap_distance: float) -> Fron
         stretches += _stretches(samples, flags)
         use = flags & (line >= 0)
         beside.append((line[use], position[use]))
+        beside.append(_around_corners(samples, roads, use, line, position))
     lines = np.concatenate([b[0] for b in beside])
     positions = np.concatenate([b[1] for b in beside])
     used = frozenset(int(j) for j in np.unique(lines))
@@ -269,6 +270,63 @@ def _stretches(samples: RingSamples, flags: npt.NDArray[np.bool_]) -> list[LineS
         end = samples.cuts[(a + count) % n] + (length if a + count >= n else 0.0)
         result.append(substring(double, float(samples.cuts[a]), float(end)))
     return result
+
+
+def _around_corners(
+    samples: RingSamples,
+    roads: RoadNetwork,
+    use: npt.NDArray[np.bool_],
+    line: IntArray,
+    position: FloatArray,
+) -> tuple[IntArray, FloatArray]:
+    """Follow the roads around the corners of a ring: lines, and positions on them.
+
+    Outside a corner lies a stretch of road that is beside no sample. It is as long as the corner
+    is sharp and the road away, so what counts is how near the samples before and after it are to
+    each other along the ring.
+    """
+    n, step = len(use), float(samples.cuts[1] - samples.cuts[0])
+    before = np.flatnonzero(use)
+    after = np.roll(before, -1)
+    gap = (after - before) % n * step
+    lines: list[IntArray] = [np.zeros(0, dtype=np.intp)]
+    positions: list[FloatArray] = [np.zeros(0)]
+    for k in np.flatnonzero((gap > 0.0) & (gap <= CLOSE_GAPS + step)).tolist():
+        pair = np.array([before[k], after[k]])
+        j, at = line[pair], position[pair]
+        if j[0] == j[1] and abs(at[1] - at[0]) <= CLOSE_GAPS:
+            continue
+        foot = shapely.line_interpolate_point(roads.lines[j], at)
+        reach = float(np.sum(shapely.distance(samples.points[pair], foot)))
+        for own, a, b in _shortest_way(roads, j, at, float(gap[k]) + 2 * reach):
+            places = np.linspace(a, b, 2 + int(abs(b - a) / STEP))
+            lines.append(np.full(len(places), own, dtype=np.intp))
+            positions.append(places)
+    return np.concatenate(lines), np.concatenate(positions)
+
+
+def _shortest_way(
+    roads: RoadNetwork, pair: IntArray, at: FloatArray, longest: float
+) -> list[tuple[int, float, float]]:
+    """Find the way between two places along their roads: lines with the start and end on each.
+
+    It leads along one line, or from the end of one to the end of the other; empty where none is
+    as short as asked.
+    """
+    i, j = int(pair[0]), int(pair[1])
+    a, b = float(at[0]), float(at[1])
+    ways: list[tuple[float, list[tuple[int, float, float]]]] = []
+    if i == j:
+        ways.append((abs(b - a), [(i, a, b)]))
+    ends = [(0.0, float(roads.lines[k].length)) for k in (i, j)]
+    tips = [[roads.lines[k].coords[0], roads.lines[k].coords[-1]] for k in (i, j)]
+    for first in (0, 1):
+        for second in (0, 1):
+            if (i != j or first != second) and tips[0][first] == tips[1][second]:
+                x, y = ends[0][first], ends[1][second]
+                ways.append((abs(x - a) + abs(y - b), [(i, a, x), (j, y, b)]))
+    length, way = min(ways, key=lambda found: found[0], default=(np.inf, []))
+    return way if length <= longest else []
 
 
 def _along(

@@ -27,6 +27,12 @@ from .watch import ask, in_chunks
 SMALLEST_OBSTACLE = 25.0
 """Smaller obstacles are left out, square metres."""
 
+NO_ROADS = (
+    "No road layer is given: the whole outer edge of each site counts as street, and there are no "
+    "access points."
+)
+"""What it means for most that there are no roads."""
+
 NO_FRONTAGE = "the site has no street frontage"
 """Begins what to do about sites without a road along their edge."""
 
@@ -60,6 +66,7 @@ def prepare_sites(
     polygon_layer: str = "Site",
     road_layer: str = "Roads",
     obstacle_layer: str = "Obstacles",
+    without_roads: str = NO_ROADS,
     progress: Progress | None = None,
 ) -> PreparedSites:
     """Turn real layers into sites to design.
@@ -86,6 +93,8 @@ def prepare_sites(
         whose inner roads are kept, stay in both cases.
     polygon_layer, road_layer, obstacle_layer
         Names of the layers, for messages.
+    without_roads
+        What is remarked where there is no road layer.
     progress
         Takes remarks and is asked for cancellation.
 
@@ -135,10 +144,7 @@ def prepare_sites(
         this = replace(task, snap_distance=snap)
         sites.append(_one_site(this, polygon, crs, own[0], number, name or f"Site {number}"))
     if roads is None:
-        progress.info(
-            "No road layer is given: the whole outer edge of each site counts as street, and "
-            "there are no access points."
-        )
+        progress.info(without_roads)
     return PreparedSites(tuple(sites), problems.to_frame(source_crs))
 
 
@@ -351,10 +357,9 @@ def _report_no_frontage(
         what = f"no road of layer '{task.road_layer}' comes near the site"
     else:
         gap = float(np.min(shapely.distance(network.lines, polygon)))
-        what = (
-            f"no road runs along the edge within {task.snap_distance:g} m; the nearest is "
-            f"{gap:.0f} m away"
-        )
+        near = gap <= task.snap_distance  # it crosses the edge, or only comes near a corner
+        what = f"no road runs along the edge within {task.snap_distance:g} m"
+        what += ", though one comes near" if near else f"; the nearest is {gap:.0f} m away"
     todo = (
         f"{NO_FRONTAGE}: give a larger snap distance, another road layer, or "
         "let streets end anywhere on the boundary (sink mode whole boundary)"

@@ -18,16 +18,21 @@ CHUNK = 20_000
 PATIENCE = 0.1
 """Time between two questions while one long operation runs, seconds."""
 
+PREPARING = "the sites were prepared"
+"""The work of this room, as messages call it."""
+
 _Result = TypeVar("_Result")
 
 
-def ask(progress: Progress | None) -> None:
+def ask(progress: Progress | None, work: str = PREPARING) -> None:
     """Stop the work if the caller has cancelled.
 
     Parameters
     ----------
     progress
         The caller, or None.
+    work
+        What is going on, as the rest of the sentence "Cancelled while ...".
 
     Raises
     ------
@@ -35,7 +40,7 @@ def ask(progress: Progress | None) -> None:
         If the caller cancels.
     """
     if progress is not None and progress.cancelled():
-        raise CancelledError("Cancelled while the sites were prepared.")
+        raise CancelledError(f"Cancelled while {work}.")
 
 
 def chunks(geometries: npt.NDArray[Any]) -> list[slice]:
@@ -60,6 +65,7 @@ def in_chunks(
     function: Callable[[npt.NDArray[Any]], npt.NDArray[Any]],
     geometries: npt.NDArray[Any],
     progress: Progress | None,
+    work: str = PREPARING,
 ) -> npt.NDArray[Any]:
     """Apply a function, that treats each geometry by itself, chunk by chunk.
 
@@ -71,6 +77,8 @@ def in_chunks(
         Shape (n,).
     progress
         Asked for cancellation before each chunk, or None.
+    work
+        As of `ask`.
 
     Returns
     -------
@@ -84,7 +92,7 @@ def in_chunks(
     """
     results = []
     for part in chunks(geometries):
-        ask(progress)
+        ask(progress, work)
         results.append(function(geometries[part]))
     return results[0] if len(results) == 1 else np.concatenate(results)
 
@@ -94,6 +102,7 @@ def aside(
     geometries: npt.NDArray[Any],
     progress: Progress | None,
     *arguments: Any,
+    work: str = PREPARING,
 ) -> _Result:
     """Work on geometries that cannot be parted; where they are large, in a thread.
 
@@ -110,6 +119,8 @@ def aside(
         Asked for cancellation meanwhile, from the thread of the caller, or None.
     *arguments
         Further arguments.
+    work
+        As of `ask`.
 
     Returns
     -------
@@ -121,14 +132,14 @@ def aside(
     CancelledError
         If the caller cancels.
     """
-    ask(progress)
+    ask(progress, work)
     if progress is None or int(np.sum(shapely.get_num_coordinates(geometries))) < CHUNK:
         return function(geometries, *arguments)
     pool = ThreadPoolExecutor(max_workers=1)
     try:
         future = pool.submit(function, geometries, *arguments)
         while not wait([future], timeout=PATIENCE).done:
-            ask(progress)
+            ask(progress, work)
         return future.result()
     finally:
         pool.shutdown(wait=False)

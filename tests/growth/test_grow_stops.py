@@ -179,3 +179,9 @@ def test_multipolygons():
 def test_numbers_that_are_counted_are_whole(wrong):
     with pytest.raises(InputError, match="Give a whole number that is not negative"):
         GrowthRules(FOUR["grid"], **{"iterations": 3, **wrong})
+
+
+@pytest.mark.parametrize("radius", [0, 0.005, -1, float("nan")])
+def test_an_intersect_radius_of_nothing_is_refused(radius):
+    with pytest.raises(InputError, match=r"intersect radius \(nearness of junctions\).*0\.01"):
+        GrowthRules(FOUR["grid"], iterations=1, intersect_radius=radius)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import geopandas as gpd
 import numpy as np
 import pandas as pd
@@ -252,9 +254,13 @@ def test_problems_tell_what_was_asked_for_and_what_was_left_out():
     )
     assert problems["problem"].iloc[2].startswith("7 streets were not built")
     assert problems["severity"].tolist() == ["info", "warning", "info"]
-    # iterations alone are no wish for a size
+    assert "nearness of junctions" in problems["action"].iloc[2]
+    # iterations alone are no wish for a size: then nothing is missing
     problems = growth_layers(growth, real, rules(iterations=20))["problems"]
-    assert problems["severity"].iloc[1] == "info"
+    assert problems["layer"].tolist() == ["roads"]
+    stopped = replace(growth, stopped="it was cancelled")
+    problems = growth_layers(stopped, real, rules(iterations=20))["problems"]
+    assert problems["severity"].tolist() == ["info", "info", "info"]
 
 
 def test_dead_ends_that_were_taken_away_are_no_failure_of_the_growth():

@@ -182,5 +182,5 @@ def test_real_sites(shared_data, file, name, scale, edge):
     assert (shapely.length(cut) > 0.97 * shapely.length(blocks.geometry.to_numpy())).all()
     # what leads nowhere is told
     inner = new["dist_to_sink_m"].isna()
-    alone = layers["problems"]["problem"].str.contains("not connected")
+    alone = layers["problems"]["problem"].astype(str).str.contains("not connected")
     assert inner.any() == alone.any()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import geopandas as gpd
 import numpy as np
 import pytest
 import shapely
@@ -12,7 +13,7 @@ from platwright.growth.grammars.shipped import GRAMMARS, shipped_grammar
 from platwright.growth.grow import grow
 from platwright.growth.land.entries import entries
 from platwright.growth.land.given import GivenNetwork, GivenStreet
-from platwright.growth.land.ground import RealGround
+from platwright.growth.land.ground import RealGround, ground_of_sites
 from platwright.growth.land.legs import Sight
 from platwright.growth.layers import growth_layers
 from platwright.growth.layers.blocks import block_faces, grown_blocks
@@ -20,6 +21,7 @@ from platwright.growth.onward import grow_on
 from platwright.growth.rules import GrowthRules
 from platwright.growth.types import Ground, Start
 from platwright.progress import Silent
+from platwright.site import prepare_sites
 from platwright.site.repair import Problems
 from pyproj import CRS
 from shapely.geometry import LineString, box
@@ -299,3 +301,18 @@ def test_long_streets_are_looked_at_in_steps_that_fit_the_scale():
     found = entries(net, part, shipped_grammar("grid"), sight, scale=10_000.0, room=4_000.0)
     assert len(found) >= 2
     assert sight.places < 1_000
+
+
+@pytest.mark.parametrize("seed", [3, 5, 8])
+def test_where_nothing_comes_of_one_place_it_begins_at_another(root, seed):
+    file = root / "data" / "helsinki" / "helsinki_yard.gpkg"
+    site, roads, barred = (
+        gpd.read_file(file, layer=layer) for layer in ("site", "streets", "obstacles")
+    )
+    sites = prepare_sites(site, roads, barred, snap_distance=60, inner_roads="keep").sites
+    grid = shipped_grammar("grid")
+    real = ground_of_sites(sites, grid, roads=roads, obstacles=barred, scale=60)
+    growth = grow_on(real, GrowthRules(grid, scale=60, seed=seed, iterations=100), 15_000.0)
+    # from the first place that is tried in the yard no street fits in between the others
+    assert shapely.area(block_faces(growth, real.ground.domain, None)).max() < 40_000
+    assert growth.grown.sum() > 30

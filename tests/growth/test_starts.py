@@ -19,7 +19,16 @@ from platwright.growth.grow import grow
 from platwright.growth.land.entries import longest_axis
 from platwright.growth.land.ground import ground_of_roads, ground_of_sites
 from platwright.growth.land.legs import Leg, widest_gap
-from platwright.growth.land.starts import ASKED, JUNCTION, LOOSE_END, Place, state_of, thinned
+from platwright.growth.land.starts import (
+    ARRIVAL,
+    ASKED,
+    JUNCTION,
+    LOOSE_END,
+    Place,
+    state_of,
+    thinned,
+    with_main,
+)
 from platwright.growth.rules import GrowthRules
 from platwright.site import prepare_sites
 from platwright.site.types import AccessPoint
@@ -375,3 +384,29 @@ def test_thinned_places_are_apart_and_none_is_far_from_one(found, spacing):
         others = kept[:k] + kept[k + 1 :]
         assert place.origin == ASKED or not any(near(place, o) for o in others)
     assert all(any(near(place, other) for other in kept) for place in found)
+
+
+def street(x, level, sight):
+    return Place((x, 0.0), (0.0, 1.0), level, ARRIVAL, sight=sight)
+
+
+def test_a_main_road_that_arrives_at_a_corner_is_no_main_street():
+    # 75 m on it meets the next street; the main street begins where there is room for one
+    places = [street(0, 1, 75.0), street(200, 3, 342.0), street(300, 3, 371.0)]
+    assert [p.level for p in with_main(places, GRID)] == [3, 3, -1]
+
+
+def test_a_main_road_with_room_stays_the_main_street():
+    places = [street(0, 1, 120.0), street(200, 3, 371.0), street(300, 2, 60.0)]
+    assert [p.level for p in with_main(places, GRID)] == [1, 3, 2]
+
+
+def test_the_main_street_begins_where_there_is_room_though_a_higher_street_has_none():
+    places = [street(0, 2, 50.0), street(200, 3, 250.0), street(300, 3, 371.0)]
+    assert [p.level for p in with_main(places, GRID)] == [2, 3, -1]
+
+
+def test_a_street_inside_with_a_long_view_takes_nothing_from_those_that_arrive():
+    inner = Place((50.0, 50.0), (1.0, 0.0), 3, LOOSE_END, sight=900.0)
+    places = [street(0, 2, 138.0), street(200, 2, 120.0), inner]
+    assert [p.level for p in with_main(places, GRID)] == [-1, 2, 3]

@@ -103,3 +103,21 @@ def test_nobody_can_spoil_kept_plots():
     first = cut_blocks([block], RULES)[0]
     first.clear()
     assert len(cut_blocks([block], RULES)[0]) == 22
+
+
+#: A block of a real suburb whose rows meet in a triangle of 3 by 3 cm.
+SPECK_BLOCK = Polygon([
+    (203.068, 145.738), (200.82, 146.847), (173.969, 158.552), (151.535, 167.972),
+    (146.501, 169.17), (142.428, 169.181), (139.006, 168.482), (132.224, 165.915),
+    (65.966, 138.423), (52.746, 133.132), (41.303, 127.31), (52.346, 120.857),
+    (86.778, 107.105), (111.229, 97.601), (156.999, 79.415), (173.699, 73.181),
+])  # fmt: skip
+
+
+def test_specks_go_to_a_neighbour():
+    """A green of a few square centimetres is nothing that a planner could use."""
+    block = Block(orient(SPECK_BLOCK))
+    (plots,) = cut_blocks([block], RULES)
+    areas = [plot.polygon.area for plot in plots]
+    assert sum(areas) == pytest.approx(SPECK_BLOCK.area, rel=1e-9)
+    assert min(areas) > 1.0

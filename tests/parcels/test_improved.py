@@ -276,6 +276,45 @@ def test_what_cannot_be_improved_is_said():
         improve_layout(Given(bare, site=SITE), RULES)
 
 
+#: A school to keep, in the middle of the upper rows.
+KEPT = gpd.GeoDataFrame(geometry=[at(box(120, 80, 180, 130))], crs=UTM)
+
+
+def around_it(obstacles):
+    """Improve streets and rough parcels that leave the school free; return what was given, too."""
+    given = streets(*SLANTED)
+    land = shapely.difference(
+        SITE.geometry.iloc[0], shapely.union_all([line.buffer(7.5) for line in given.geometry])
+    )
+    lots = [
+        part
+        for x in range(0, 300, 20)
+        for part in shapely.get_parts(
+            land.intersection(at(box(x, 0, x + 20, 225))) - KEPT.geometry.iloc[0]
+        )
+    ]
+    parcels = gpd.GeoDataFrame({"land_use": ["parcel"] * len(lots)}, geometry=lots, crs=UTM)
+    return improve_layout(Given(given, parcels, SITE, obstacles=obstacles), RULES)
+
+
+def test_no_parcel_is_laid_over_obstacles():
+    done = around_it(KEPT.to_crs(4326))
+    assert done.better == 1
+    on = shapely.intersection(done.parcels.geometry.to_numpy(), KEPT.geometry.iloc[0])
+    assert shapely.area(on).sum() < 0.1
+    assert not any("free before" in text for text in done.problems["problem"])
+
+
+def test_parcels_on_land_that_was_free_are_told():
+    """Without the layer of obstacles nobody knows of the school: the planner is warned."""
+    done = around_it(None)
+    assert done.better == 1
+    (told,) = [row for row in done.problems.itertuples() if "free before" in row.problem]
+    assert "Obstacles" in told.action
+    assert told.severity == "warning"
+    assert KEPT.geometry.iloc[0].contains(told.geometry)
+
+
 class Stopped(Silent):
     def cancelled(self) -> bool:
         return True

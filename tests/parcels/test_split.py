@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import geopandas as gpd
 import networkx as nx
 import numpy as np
 import pytest
@@ -17,9 +18,11 @@ from platwright.parcels.split import (
     SplitRules,
     lay_out,
     lay_out_sites,
+    read_key_areas,
     site_layers,
     vary,
 )
+from platwright.parcels.split.elements import prepare_ground
 from platwright.parcels.split.ground import block_length, parts
 from platwright.progress import Silent
 from shapely.geometry import LineString, Polygon, box
@@ -37,6 +40,76 @@ def test_a_rectangle_is_laid_out_in_rows():
     assert layout.blocks[0].block_id == 1
     stages = {"streets", "parcels", "backtracking", "optimisation", "refinement"}
     assert set(layout.seconds) == stages
+
+
+class Stages(Silent):
+    """A progress that remembers what it is told."""
+
+    def __init__(self) -> None:
+        self.told = []
+
+    def stage(self, text, fraction):
+        self.told.append((text, fraction))
+
+
+def test_progress_tells_which_piece_of_the_land_is_laid_out():
+    """A lake from edge to edge leaves two pieces, and each has its variations."""
+    watch = Stages()
+    lake = Elements(areas=[KeyArea(box(90, -5, 120, 105), "water")])
+    lay_out_sites(
+        [site_of(box(0, 0, 240, 100))], RULES, QUICK,
+        elements=lambda _: lake, count=2, progress=watch,
+    )  # fmt: skip
+    starts = [text for text, _ in watch.told if text.endswith("laying streets")]
+    assert list(dict.fromkeys(starts)) == [
+        f"Piece of land {piece} of 2: variation {k} of 2: laying streets"
+        for piece in (1, 2)
+        for k in (1, 2)
+    ]
+    shares = [fraction for _, fraction in watch.told]
+    assert shares == sorted(shares)
+    assert shares[0] >= 0
+    assert shares[-1] <= 1
+
+
+def test_a_country_is_refused_at_once():
+    country = site_of(box(0, 0, 300_000, 200_000))
+    with pytest.raises(InputError, match=r"60,000 km2, room for 111,111,111 parcels"):
+        lay_out_sites([site_of(box(0, 0, 240, 100)), country], RULES, QUICK)
+
+
+def test_land_that_a_key_area_loses_is_told():
+    """100 of 900 m2 lie under the school, 100 outside the site; slivers are not worth telling."""
+    areas = [
+        KeyArea(box(100, 0, 140, 40), "school"),
+        KeyArea(box(130, 30, 160, 60), "park"),
+        KeyArea(box(210, 0, 245, 20), "lake"),
+        KeyArea(box(40, 40, 60, 60.1), "court"),
+    ]
+    ready = prepare_ground(site_of(box(0, 0, 240, 100)), street_width=15.0, areas=areas)
+    told = {remark.problem.split(" lie ")[0]: remark for remark in ready.remarks}
+    assert set(told) == {"100 m2 of this park", "100 m2 of this lake"}
+    assert box(130, 40, 160, 60).contains(told["100 m2 of this park"].place)
+    assert [part.polygon.area for part in ready.areas] == [1600, 800, 600, pytest.approx(402)]
+
+
+@pytest.mark.parametrize(
+    ("word", "use", "around"),
+    [("yes", "park", True), ("No", "school", False), (None, "school", True), (1, "park", True),
+     (False, "school", False), ("", "park", False)],
+)  # fmt: skip
+def test_a_key_area_says_whether_a_street_runs_around(word, use, around):
+    frame = gpd.GeoDataFrame(
+        {"use": [use], "around": [word]}, geometry=[box(0, 0, 30, 30)], crs=UTM
+    )
+    (area,) = read_key_areas(frame, UTM, "areas")
+    assert area.around is around
+
+
+def test_an_unknown_word_for_around_is_refused():
+    frame = gpd.GeoDataFrame({"around": ["no", "perhaps"]}, geometry=[box(0, 0, 9, 9)] * 2, crs=UTM)
+    with pytest.raises(InputError, match=r"Layer 'areas', feature 1: .*'perhaps'.*Write yes"):
+        read_key_areas(frame, UTM, "areas")
 
 
 def test_the_same_seed_gives_the_same_layout_to_the_last_bit():

@@ -178,6 +178,12 @@ BROKEN = [
         "faces", "repeat", "inside the stretch from 0 to 18 m",
     ),
     (
+        replace(ROW, faces=(
+            Face(box(0, 0, 18, 30), repeat="x north"), Face(box(0, 30, 18, 60), repeat="x south"),
+        )),
+        "faces", "repeat", "from 0 to 18 m, where 'x north' repeats, too",
+    ),
+    (
         replace(ROW, faces=(Face(box(0, 0, 18, 30)), Face(box(10, 0, 28, 30)))),
         "faces", "geometry", "overlaps",
     ),
@@ -313,6 +319,27 @@ def test_a_repeated_stretch_moves_what_lies_behind(shipped):
     assert len(polygons) == 16
     assert shapely.union_all(polygons).area == pytest.approx(9000.0)
     assert sorted(e.line.bounds[0] for e in template.edges) == [0, 0, 0, 150]
+
+
+@pytest.mark.parametrize("names", [("x a", "x b"), ("x b", "x a")])
+@pytest.mark.parametrize("counts", [(1, 1), (3, 1), (1, 3), (2, 3), (4, 2)])
+def test_several_stretches_repeat_each_by_itself(names, counts):
+    """A green of 20 m between parcels of 18 m and of 12 m, two rows; every name comes first."""
+    faces = [
+        Face(box(start, y, end, y + 30), label, repeat=name)
+        for start, end, label, name in (
+            (0, 18, "parcel", names[0]), (18, 38, "green", ""), (38, 50, "parcel", names[1]),
+        )
+        for y in (0, 30)
+    ]  # fmt: skip
+    template = repeated(Template("close", faces=tuple(faces)), dict(zip(names, counts)))
+    polygons = [face.polygon for face in template.faces]
+    length = 18 * counts[0] + 20 + 12 * counts[1]
+    assert shapely.total_bounds(polygons).tolist() == [0, 0, length, 60]
+    assert shapely.union_all(polygons).area == pytest.approx(60 * length)
+    assert shapely.area(polygons).sum() == pytest.approx(60 * length)
+    greens = [face.polygon.bounds for face in template.faces if face.label == "green"]
+    assert [(a, b) for a, _, b, _ in greens] == [(18 * counts[0], 18 * counts[0] + 20)] * 2
 
 
 def test_centre_lines_inside_a_repeat_are_repeated(shipped):

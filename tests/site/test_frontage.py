@@ -1,8 +1,10 @@
 import numpy as np
 import pytest
+import shapely
 from platwright.site.frontage import frontage
 from platwright.site.roadnetwork import build_network
-from shapely.geometry import LineString, Polygon, box
+from shapely.geometry import LineString, Point, Polygon, box
+from shapely.ops import substring
 
 SITE = box(0, 0, 200, 100)
 
@@ -126,3 +128,57 @@ def test_a_short_named_piece_in_a_street_is_kept():
     assert sorted((s.name, round(s.line.length)) for s in found.streets) == [
         ("East", 4), ("North", 104), ("South", 108),
     ]  # fmt: skip
+
+
+def beside_all(found, *lines):
+    """Parts of the lines, in the order of their roads, that are no street along the edge."""
+    streets = shapely.union_all([s.line for s in found.streets]).buffer(1e-6)
+    return sum(LineString(line).difference(streets).length for line in lines)
+
+
+@pytest.mark.parametrize("gap", [5, 12, 25])
+def test_a_street_that_bends_around_a_corner_has_no_hole(gap):
+    # one road around the north-east corner: from beside the west end to beside the south end
+    road = [(0, 100 + gap), (200 + gap, 100 + gap), (200 + gap, 0)]
+    found = frontage(SITE, net(road), 30)
+    assert beside_all(found, road) < 6
+    (street,) = found.streets
+    assert street.line.length == pytest.approx(300 + 2 * gap, abs=6)
+
+
+def test_a_street_around_a_sharp_corner_has_no_hole():
+    wedge = Polygon([(0, 0), (200, 0), (0, 346.4)])  # 60 degrees to the right
+    road = [(0, -20), (234.64, -20), (17.3 - 10, 346.4 + 27)]
+    found = frontage(wedge, net(road), 30)
+    assert len(found.streets) == 1
+    assert found.streets[0].line.distance(Point(234.64, -20)) < 1e-6
+
+
+@pytest.mark.parametrize("start", [(100, 125), (225, 125), (220, 125), (225, 90)])
+def test_a_street_all_around_is_whole_wherever_its_line_begins(start):
+    ring = Polygon([(-25, -25), (225, -25), (225, 125), (-25, 125)]).exterior
+    at = ring.project(Point(start))
+    road = [*substring(ring, at, ring.length).coords, *substring(ring, 0, at).coords[1:]]
+    found = frontage(SITE, net(road), 30)
+    assert sum(s.line.length for s in found.streets) == pytest.approx(ring.length, abs=1e-6)
+
+
+def test_a_street_around_a_corner_with_a_junction_beyond_it_has_no_hole():
+    # the junction lies nearer to one side of the corner than to the other
+    north, east = [(0, 128), (228, 128), (228, 126)], [(228, 126), (228, 0)]
+    found = frontage(SITE, net(north, east, [(228, 126), (400, 126)]), 30)
+    assert beside_all(found, north, east) < 6
+
+
+def test_a_street_that_leaves_at_a_corner_and_comes_back_later_has_a_hole():
+    # 200 m out into the land and back again: no street along the edge there
+    road = [(0, 110), (212, 110), (400, 310), (410, 300), (212, 90), (210, 0)]
+    found = frontage(SITE, net(road), 30)
+    assert max(x for s in found.streets for x, _ in s.line.coords) < 250
+
+
+def test_a_street_far_from_the_last_one_is_not_joined_to_it():
+    # both sides of the corner have their street, and these meet far away only
+    lines = [(0, 110), (190, 110), (190, 400)], [(190, 400), (210, 400), (210, 0)]
+    found = frontage(SITE, net(*lines), 30)
+    assert max(y for s in found.streets for _, y in s.line.coords) < 150

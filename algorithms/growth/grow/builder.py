@@ -16,7 +16,7 @@ TOLERANCE = 1e-3
 
 #: Why a street was not built; `THERE` means that nothing is missing.
 THERE, CROWDED, ANGLE, SHORT, OUTSIDE = "there", "crowded", "angle", "short", "outside"
-BESIDE = "beside"
+BESIDE, ASTRAY = "beside", "astray"
 
 
 class Builder(ABC):

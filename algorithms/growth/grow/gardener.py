@@ -21,6 +21,7 @@ from .begin import begin
 from .builder import THERE, Builder, tolerance_of
 from .choose import NO_STATE, STATES, Chooser, Draw
 from .columns import Columns, cell_side
+from .crossing import Crossing
 from .planar import PlanarBuilder
 from .published import PublishedBuilder
 from .stops import CANCELLED, Limits
@@ -84,6 +85,8 @@ class Gardener:
         )
         kind = PublishedBuilder if rules.as_published else PlanarBuilder
         self.builder: Builder = kind(rules, columns, walls, self.chooser)
+        if isinstance(self.builder, PlanarBuilder) and ground.strip is not None:
+            self.builder.crossing = Crossing(ground.strip, ground.domain, self.builder.clearance)
         self.limits = Limits(rules, columns, len(ground.nodes), progress)
 
     def run(self) -> Growth:

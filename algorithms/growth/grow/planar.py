@@ -14,10 +14,11 @@ from typing import NamedTuple
 
 from ..rules import GrowthRules
 from ..types import GROWN
-from .builder import ANGLE, BESIDE, CROWDED, OUTSIDE, SHORT, THERE, Builder
+from .builder import ANGLE, ASTRAY, BESIDE, CROWDED, OUTSIDE, SHORT, THERE, Builder
 from .cells import corridor
 from .choose import NO_STATE, Chooser, Draw
 from .columns import Columns
+from .crossing import Crossing
 from .walls import Walls
 
 #: Least angle in all cases, degrees: below, streets run along each other.
@@ -53,7 +54,11 @@ class PlanarBuilder(Builder):
         The same for nodes where a street only bends, metres.
     cosine
         Of the least angle between streets.
+    crossing
+        Leads streets over the strip beside the sites, or None.
     """
+
+    crossing: Crossing | None = None
 
     def __init__(
         self, rules: GrowthRules, columns: Columns, walls: Walls, chooser: Chooser
@@ -70,8 +75,7 @@ class PlanarBuilder(Builder):
         if along >= 0:
             self.left[THERE] += 1
             return self.mark(node, along, draw, end, step)
-        target = self.target(node, Target(*end))
-        reason = CROWDED if target is None else self.refusal(node, target)
+        target, reason = self.chosen(node, end)
         if target is None or reason:
             self.left[reason] += 1
             return False
@@ -89,6 +93,31 @@ class PlanarBuilder(Builder):
             state = -1
         self.connect(node, reached, draw, state, step)
         return True
+
+    def chosen(self, node: int, end: tuple[float, float]) -> tuple[Target | None, str]:
+        """Return where a street ends, and why it is not built if it is not."""
+        target, reason = self.tried(node, Target(*end))
+        if self.crossing is None or reason != ASTRAY:
+            return target, reason
+        start = self.columns.x[node], self.columns.y[node]
+        for place, edge in self.crossing.others(start, end):
+            foot = None if edge else self.columns.foot(*place, self.tolerance, node)
+            goal = Target(*place, wall=edge) if foot is None else self._on(*foot)
+            other, why = self.tried(node, goal)
+            if not why:
+                return other, why
+        return target, OUTSIDE
+
+    def tried(self, node: int, goal: Target) -> tuple[Target | None, str]:
+        """Return where a street that sets out for a goal ends, and why it is not built."""
+        target = self.target(node, goal)
+        if target is None:
+            return None, CROWDED
+        start = self.columns.x[node], self.columns.y[node]
+        end = target.x, target.y
+        if self.crossing is not None and start != end and not self.crossing.allowed(start, end):
+            return target, ASTRAY
+        return target, self.refusal(node, target)
 
     def along(self, node: int, end: tuple[float, float]) -> int:
         """Return the grown street on which a new one would lie from end to end, or -1."""
@@ -111,6 +140,8 @@ class PlanarBuilder(Builder):
         """
         columns = self.columns
         if columns.nearest(*end, self.radius, but=-1, bends=True) >= 0:
+            return False
+        if self.crossing is not None and not self.crossing.inside(end):
             return False
         way = columns.way[edge]
         if columns.a[edge] != node:

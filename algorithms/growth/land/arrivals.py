@@ -13,6 +13,7 @@ import numpy.typing as npt
 import shapely
 from pyproj import CRS
 from shapely.geometry import LineString, Point
+from shapely.ops import substring
 
 from ...errors import InputError
 from ...site.crs import layer_crs, transformer
@@ -28,6 +29,8 @@ AT_END = 3.0
 #: A street that arrives across the strip beside the edge reaches this much further than the
 #: strip is wide, since it may arrive at an angle.
 ASKEW = 1.8
+#: Streets that cross that strip need so much of it to either side (metres).
+BESIDE = 1.0
 
 Shapes = npt.NDArray[Any]
 Vector = tuple[float, float]
@@ -143,6 +146,21 @@ class Streets:
         level = int(self.net.levels[piece])
         return xy, [Leg((u, v), level), Leg((-u, -v), level)]
 
+    def clear(self, spot: Vector, xy: Vector) -> bool:
+        """Tell whether a street may lead from a place to the next, with ground to both sides.
+
+        Parameters
+        ----------
+        spot, xy
+            The places.
+        """
+        size = math.dist(spot, xy)
+        if self.domain is None or size < 4 * BESIDE:
+            return True
+        way = LineString([spot, xy])
+        way = substring(way, BESIDE, size - BESIDE)
+        return bool(shapely.covers(self.domain, way.buffer(BESIDE / 2, cap_style="flat")))
+
 
 def arrivals(found: Sequence[Arrival], streets: Streets, reach: float) -> list[Place]:
     """Let roads from outside go on.
@@ -164,6 +182,8 @@ def arrivals(found: Sequence[Arrival], streets: Streets, reach: float) -> list[P
             or streets.behind(arrival.xy, arrival.way, ASKEW * reach)
             or streets.near(arrival.xy, reach)
         )
+        if spot is not None and not streets.clear(spot, arrival.xy):
+            spot = streets.near(arrival.xy, AT_NODE)
         if spot is None:
             if streets.holds(arrival.xy):
                 places.append(Place(arrival.xy, arrival.way, level, ARRIVAL, on_street=False))

@@ -59,8 +59,8 @@ class Land:
     reach: float
 
 
-def domain_of(lands: Sequence[Land]) -> shapely.Geometry:
-    """Join sites to one domain, without their obstacles and up to their streets.
+def whole_of(lands: Sequence[Land]) -> shapely.Geometry:
+    """Join sites to one area up to their streets, obstacles and all.
 
     Parameters
     ----------
@@ -70,19 +70,42 @@ def domain_of(lands: Sequence[Land]) -> shapely.Geometry:
     Returns
     -------
     Polygon or MultiPolygon
-        Empty where no part of it is wide enough for a street.
+        Its outer edge is where one leaves the ground.
     """
     parts: list[shapely.Geometry] = []
     for land in lands:
         parts += [land.polygon, *strips(land)]
-    joined = _without_gaps(shapely.union_all(parts), lands)
+    return _without_gaps(shapely.union_all(parts), lands)
+
+
+def domain_of(
+    whole: shapely.Geometry, inner: shapely.Geometry, lands: Sequence[Land]
+) -> shapely.Geometry:
+    """Take the obstacles away, and what is too narrow for a street.
+
+    Parameters
+    ----------
+    whole
+        From `whole_of`.
+    inner
+        The sites as one; what an obstacle cuts off from them is left out.
+    lands
+        The sites.
+
+    Returns
+    -------
+    Polygon or MultiPolygon
+        Empty where no part of it is wide enough for a street.
+    """
+    joined = whole
     barred = [shape for land in lands for shape in land.obstacles]
     if barred:
         joined = shapely.difference(joined, shapely.union_all(barred))
     pieces = shapely.get_parts(joined)
     pieces = pieces[shapely.get_type_id(pieces) == 3]
+    own = shapely.area(shapely.intersection(pieces, inner)) > SLIVER * SLIVER
     wide = ~shapely.is_empty(shapely.buffer(pieces, -SLIVER / 2))
-    kept = shapely.normalize(pieces[wide])
+    kept = shapely.normalize(pieces[wide & own])
     return shapely.union_all(kept) if len(kept) != 1 else kept[0]
 
 
@@ -107,6 +130,51 @@ def with_rim(domain: shapely.Geometry, lines: Sequence[LineString]) -> shapely.G
         return domain
     rims = shapely.buffer(along, RIM, cap_style="square")
     return shapely.union_all([domain, *rims])
+
+
+def with_notches(
+    domain: shapely.Geometry, lands: Sequence[Land], lines: Sequence[LineString]
+) -> shapely.Geometry:
+    """Add the small pieces of ground between a domain and streets that lead on outside of it.
+
+    Parameters
+    ----------
+    domain
+        From `domain_of`.
+    lands
+        The sites.
+    lines
+        All streets. Those that lead on from the domain over its edge do so over a strip as wide as
+        the streets along the edge are far away, at most.
+
+    Returns
+    -------
+    Polygon or MultiPolygon
+        Nothing of obstacles and of holes of the sites is added.
+    """
+    reach = max(land.reach for land in lands)
+    near = np.array(lines, dtype=object)
+    near = near[shapely.dwithin(near, shapely.boundary(domain), ON)] if len(near) else near
+    if not len(near):
+        return domain
+    # holes close though ends lie a hair beside the edge
+    around = _holes(shapely.union_all([domain, *shapely.buffer(near, ON)]))
+    around = around[shapely.area(around) < reach * reach]
+    before = shapely.union_all(_holes(domain))
+    around = around[~shapely.intersects(before, shapely.point_on_surface(around))]
+    if not len(around):
+        return domain
+    fill = shapely.union_all(shapely.buffer(around, 2 * ON, join_style="mitre"))
+    barred = [shape for land in lands for shape in land.obstacles]
+    barred += [Polygon(hole) for land in lands for hole in land.polygon.interiors]
+    if barred:
+        fill = shapely.difference(fill, shapely.union_all(barred))
+    return shapely.union_all([domain, fill])
+
+
+def _holes(area: shapely.Geometry) -> Geometries:
+    rings = [ring for part in shapely.get_parts(area) for ring in part.interiors]
+    return np.array([Polygon(ring) for ring in rings], dtype=object)
 
 
 def strips(land: Land) -> list[shapely.Geometry]:
@@ -162,12 +230,13 @@ def joined_edges(
     outer
         Whether they run along the outer edge.
     obstacles
-        Whether they run around holes and obstacles, but for those smaller than `SMALL`.
+        Whether they run around holes and obstacles, but for those smaller than `SMALL`, inside
+        the sites.
 
     Returns
     -------
     list of LineString
-        Ends that come near an existing street lead on to it.
+        Ends that come near an existing street lead on to it, where no obstacle is in the way.
     """
     rings = shapely.union_all(shapely.get_rings(shapely.get_parts(domain)))
     barred = [shape for land in lands for shape in land.obstacles]
@@ -183,12 +252,16 @@ def joined_edges(
     if outer:
         chosen.append(_apart(shapely.difference(rings, around), streets, reach))
     if obstacles:
-        chosen.append(_apart(shapely.intersection(rings, big), streets, reach))
+        inner = shapely.buffer(shapely.union_all([land.polygon for land in lands]), ON)
+        own = shapely.intersection(shapely.intersection(rings, big), inner)
+        chosen.append(_apart(own, streets, reach))
     lines = shapely.get_parts(shapely.line_merge(shapely.union_all(chosen)))
     lines = lines[(shapely.get_type_id(lines) == 1) & (shapely.length(lines) > reach)]
     # without the vertices at which the edge was measured
     lines = shapely.simplify(shapely.normalize(lines), SAME)
-    return [_led_on(line, streets, lines, reach) for line in lines]
+    ground = shapely.union_all(areas)
+    shapely.prepare(ground)
+    return [_led_on(line, streets, lines, reach, ground) for line in lines]
 
 
 def _apart(edges: shapely.Geometry, streets: MultiLineString, reach: float) -> shapely.Geometry:
@@ -223,7 +296,11 @@ def _unit(lines: FloatArray) -> FloatArray:
 
 
 def _led_on(
-    line: LineString, streets: MultiLineString, others: Geometries, reach: float
+    line: LineString,
+    streets: MultiLineString,
+    others: Geometries,
+    reach: float,
+    barred: shapely.Geometry,
 ) -> LineString:
     """Lead the ends of a line on to the street that runs beside the edge from there."""
     if line.is_closed:
@@ -234,9 +311,24 @@ def _led_on(
         tip = shapely.Point(xy[end])
         if rest.is_empty or not 0 < rest.distance(tip) <= reach:
             continue
-        foot = shapely.get_coordinates(shapely.shortest_line(tip, rest))[1]
-        xy.insert(len(xy) if end else 0, (float(foot[0]), float(foot[1])))
+        foot = _foot(tip, rest, reach, barred)
+        if foot is not None:
+            xy.insert(len(xy) if end else 0, foot)
     return LineString(xy)
+
+
+def _foot(
+    tip: shapely.Point, lines: shapely.Geometry, reach: float, barred: shapely.Geometry
+) -> tuple[float, float] | None:
+    """Find the nearest place on lines that is within reach and not behind an obstacle."""
+    nearest = shapely.get_coordinates(shapely.shortest_line(tip, lines))[1:]
+    near = shapely.intersection(lines, tip.buffer(reach))
+    further = shapely.get_coordinates(shapely.segmentize(near, STEP))
+    further = further[np.argsort(np.hypot(*(further - (tip.x, tip.y)).T), kind="stable")]
+    feet = np.concatenate([nearest, further])
+    ways = shapely.linestrings([[(tip.x, tip.y), foot] for foot in feet.tolist()])
+    free = shapely.length(shapely.intersection(ways, barred)) < ON
+    return None if not free.any() else tuple(feet[free.argmax()].tolist())
 
 
 def _without_gaps(area: shapely.Geometry, lands: Sequence[Land]) -> shapely.Geometry:

@@ -40,6 +40,7 @@ def entries(
     scale: float,
     room: float,
     shift: float = 0.0,
+    again: int = 0,
 ) -> list[Place]:
     """Find places along streets from which growth enters ground that no street leads to.
 
@@ -64,6 +65,8 @@ def entries(
         Open ground that an entry needs ahead, metres.
     shift
         How much nearer to the first the others are, as a share of their distance from each other.
+    again
+        How often nothing came of it before: the first is as many places further on.
 
     Returns
     -------
@@ -76,7 +79,12 @@ def entries(
     toward = found.middle - found.xy
     size = np.hypot(toward[:, 0], toward[:, 1])
     facing = (toward * found.way).sum(axis=1) >= 0.7 * size
-    first = int(np.lexsort((np.round(size, 3), ~facing))[0])
+    order = np.lexsort((np.round(size, 3), ~facing))
+    for _ in range(again):
+        order = order[np.hypot(*(found.xy[order] - found.xy[order[0]]).T) > room]
+        if not len(order):
+            return []
+    first = int(order[0])
     spot, way = found.xy[first], found.way[first]
     places = [_place(spot, way, -1)]
     alike = (found.way @ way) > math.cos(math.radians(ALIKE))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import geopandas as gpd
 import numpy as np
@@ -143,7 +144,7 @@ def _entries(
     The first crosses the street there, the further ones stand between those across, so that one
     main street crosses and the others meet the street in junctions of three.
     """
-    size = {"scale": wish.scale, "room": wish.spacing}
+    size: dict[str, Any] = {"scale": wish.scale, "room": wish.spacing}
     found = entries(net, face, wish.grammar, sight, **size)
     if not found:
         return []

@@ -18,9 +18,10 @@ from ...site.crs import is_metric
 from ...site.repair import Problems
 from ...site.types import Site
 from ..grammar import Grammar
-from ..types import Ground, Start
+from ..types import Ground, Start, Strip
 from .arrivals import Vector, arrivals_of
-from .domain import Edge, Land, domain_of, joined_edges, with_rim
+from .barriers import barriers, beside_sites
+from .domain import Edge, Land, domain_of, joined_edges, whole_of, with_notches, with_rim
 from .findstarts import Wish, ask, spacing_of, starts_everywhere, starts_in
 from .given import GivenNetwork, GivenStreet, levels_of, network, read_roads
 from .inner import led_to_streets
@@ -47,6 +48,9 @@ class RealGround:
         `ground.street` are positions in them.
     problems
         One row per finding, as of `prepare_sites`, in `source_crs`.
+    outline
+        The domain with its obstacles: only over the outer edge of this streets lead out. None
+        where that is the domain's, and without a domain.
     """
 
     ground: Ground
@@ -54,6 +58,7 @@ class RealGround:
     source_crs: CRS
     streets: tuple[GivenStreet, ...]
     problems: gpd.GeoDataFrame
+    outline: shapely.Geometry | None = None
 
 
 def ground_of_sites(
@@ -61,6 +66,8 @@ def ground_of_sites(
     grammar: Grammar,
     *,
     points: gpd.GeoDataFrame | None = None,
+    roads: gpd.GeoDataFrame | None = None,
+    obstacles: gpd.GeoDataFrame | None = None,
     edge: Edge = "stop",
     obstacle_edge: Edge = "stop",
     direction: float | None = None,
@@ -68,6 +75,7 @@ def ground_of_sites(
     spacing: float | None = None,
     point_layer: str = "Starts",
     road_layer: str = "Roads",
+    obstacle_layer: str = "Obstacles",
     progress: Progress | None = None,
 ) -> RealGround:
     """Make one ground of prepared sites.
@@ -87,6 +95,12 @@ def ground_of_sites(
     points
         Where growth begins, or None. The field direction, degrees clockwise from north, says in
         which direction the first street leaves.
+    roads
+        The road layer, or None. Its motorways and railways, which are no streets, hold new streets
+        back like obstacles, but for those in tunnels.
+    obstacles
+        The obstacle layer, or None. The sites have what of it lies inside them; it holds streets
+        back between the sites and the streets along their edges, too.
     edge
         "stop": new streets end at the outer edge where no street runs; "join": a new street runs
         along it there, and they join it.
@@ -99,7 +113,7 @@ def ground_of_sites(
         Metres per unit of the grammar.
     spacing
         Starts nearer than this are one, metres; 0.4 units of the grammar if None.
-    point_layer, road_layer
+    point_layer, road_layer, obstacle_layer
         Names of the layers, for messages.
     progress
         Told of stages and asked for cancellation.
@@ -119,15 +133,16 @@ def ground_of_sites(
     crs, source = sites[0].crs, sites[0].source_crs
     problems = Problems()
     ask(progress, "Reading the ground", 0.0)
-    lands, streets = [], []
-    for site in sites:
-        land, own = _land(site, crs)
-        lands.append(land)
-        streets += own
-    levels = levels_of([street.kind for street in streets])
-    streets = [replace(street, level=level) for street, level in zip(streets, levels)]
+    lands, streets = _lands(sites, crs)
     ask(progress, "Joining sites and streets", 0.2)
-    domain = domain_of(lands)
+    inner = shapely.union_all([land.polygon for land in lands])
+    whole = whole_of(lands)
+    if obstacles is not None:
+        beside = beside_sites(obstacles, obstacle_layer, shapely.difference(whole, inner), crs)
+        lands[0] = _with_obstacles(lands[0], beside)
+    if roads is not None:
+        lands[0] = _with_obstacles(lands[0], barriers(roads, road_layer, whole, crs, problems))
+    domain = domain_of(whole, inner, lands)
     if domain.is_empty:
         raise InputError(
             f"no part of {sites[0].name if len(sites) == 1 else 'the sites'} is wide enough for a "
@@ -136,18 +151,22 @@ def ground_of_sites(
         )
     new = joined_edges(domain, lands, outer=edge == "join", obstacles=obstacle_edge == "join")
     streets += [GivenStreet(line, "", "", True, COLLECTOR) for line in new]
-    domain = with_rim(domain, [street.line for street in streets])
+    lines = [street.line for street in streets]
+    domain = with_rim(with_notches(domain, lands, lines), lines)
     net = network(streets, [""] * len(streets), road_layer, crs, problems)
     ask(progress, "Looking for places where streets begin", 0.6)
     reach = max(site.snap_distance for site in sites)
     wish = Wish(
         grammar, points, point_layer, direction, scale, spacing_of(spacing, scale), reach, progress
     )
-    roads = [arrival for site in sites for arrival in arrivals_of(site, crs)]
+    arrived = [arrival for site in sites for arrival in arrivals_of(site, crs)]
     # streets along the edge end there only because the edge does
     cut = shapely.get_coordinates([line.boundary for land in lands for line in land.streets])
-    starts, net = starts_in(domain, net, roads, cut, wish, crs, problems)
-    return _real(starts, domain, net, crs, source, problems)
+    starts, net = starts_in(domain, net, arrived, cut, wish, crs, problems)
+    real = _real(starts, domain, net, crs, source, problems)
+    strip = Strip(inner, shapely.union_all(lines)) if lines else None
+    ground = replace(real.ground, strip=strip)
+    return replace(real, ground=ground, outline=shapely.union_all([whole, domain]))
 
 
 def ground_of_roads(
@@ -190,6 +209,7 @@ def ground_of_roads(
     problems = Problems()
     ask(progress, "Reading the roads", 0.0)
     streets, features, crs = read_roads(roads, road_layer, problems, progress)
+    barriers(roads, road_layer, None, crs, problems)
     if not streets:
         raise InputError(
             "has no road that streets could grow from.",
@@ -249,6 +269,15 @@ def open_ground(
     return RealGround(Ground((start,)), own, own, (), Problems().to_frame(own))
 
 
+def _lands(sites: Sequence[Site], crs: CRS) -> tuple[list[Land], list[GivenStreet]]:
+    """Bring all sites to the working CRS, with the levels of their streets."""
+    found = [_land(site, crs) for site in sites]
+    streets = [street for _, own in found for street in own]
+    levels = levels_of([street.kind for street in streets])
+    leveled = [replace(street, level=level) for street, level in zip(streets, levels)]
+    return [land for land, _ in found], leveled
+
+
 def _land(site: Site, crs: CRS) -> tuple[Land, list[GivenStreet]]:
     """Bring what a site has to the working CRS; levels of streets come later."""
     edge = [(s.line, s.name, s.kind) for s in site.boundary_streets]
@@ -275,6 +304,10 @@ def _land(site: Site, crs: CRS) -> tuple[Land, list[GivenStreet]]:
         site.snap_distance,
     )
     return land, streets
+
+
+def _with_obstacles(land: Land, more: Sequence[shapely.Geometry]) -> Land:
+    return replace(land, obstacles=[*land.obstacles, *more])
 
 
 def _real(

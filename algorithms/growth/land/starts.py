@@ -40,6 +40,10 @@ OPEN_LAND = 2e5
 
 Vector = Tuple[float, float]
 
+#: A main street has at least this share of the open ground that the best one has ahead; one that
+#: arrives with less, at a corner, soon meets the next street and goes on as a local one.
+LONG = 0.25
+
 #: Where places come from, the best first.
 ASKED, ARRIVAL, LOOSE_END, JUNCTION, ENTRY = range(5)
 
@@ -248,13 +252,22 @@ def with_main(places: Sequence[Place], grammar: Grammar) -> list[Place]:
     grammar
         The grammar.
     """
-    states = [state_of(grammar, place.level).road for place in places]
-    if not places or grammar.leaf.road in states or grammar.start.road in states:
-        return list(places)
+    # what arrives from outside is compared with what else does, not with streets inside
+    least = min((place.origin for place in places), default=ENTRY)
+    far = LONG * max((p.sight for p in places if p.origin == least), default=0.0)
+    long = [place.sight >= far for place in places]
+    kept = [
+        place if room or place.level != MAJOR else replace(place, level=LOCAL)
+        for place, room in zip(places, long)
+    ]
+    states = [state_of(grammar, place.level).road for place in kept]
+    if not kept or grammar.leaf.road in states or grammar.start.road in states:
+        return kept
     best = min(
-        range(len(places)), key=lambda k: (places[k].level, places[k].origin, -places[k].sight)
+        (k for k in range(len(kept)) if long[k]),
+        key=lambda k: (kept[k].level, kept[k].origin, -kept[k].sight),
     )
-    return [replace(p, level=-1) if k == best else p for k, p in enumerate(places)]
+    return [replace(p, level=-1) if k == best else p for k, p in enumerate(kept)]
 
 
 def settle(

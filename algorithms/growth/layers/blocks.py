@@ -17,6 +17,8 @@ from .outward import Shapes, segments
 if TYPE_CHECKING:
     from ..land.ground import RealGround
 
+#: What goes on here, for those who cancel it.
+_WORK = "the blocks were drawn"
 #: Grid on which streets and the edge of the domain meet (metres).
 GRID = 0.001
 #: Sides of blocks this near to a street are pieces of it (metres).
@@ -71,9 +73,9 @@ def grown_blocks(growth: Growth, real: RealGround, progress: Progress | None = N
     """
     lines = np.asarray(shapely.linestrings(growth.xy[growth.ends]), dtype=object)
     faces = block_faces(growth, real.ground.domain, progress)
-    ask(progress)
+    ask(progress, _WORK)
     owner, edge, length = _sides(faces, lines, progress)
-    ask(progress)
+    ask(progress, _WORK)
     along = edge >= 0
     step = np.zeros(len(faces), dtype=np.int64)
     np.maximum.at(step, owner[along], growth.step[edge[along]])
@@ -111,14 +113,14 @@ def block_faces(
         near = shapely.STRtree(shapely.linestrings(growth.xy[edges]))
         edges = edges[_found(near, within)]
         border = border[_found(shapely.STRtree(border), within)]
-        ask(progress)
+        ask(progress, _WORK)
     lines = np.asarray(shapely.linestrings(growth.xy[edges]), dtype=object)
     every = np.concatenate([lines, border, _closings(growth.xy[np.unique(edges)], border)])
     # streets end at the edge but for rounding: the grid brings them together
-    noded = aside(partial(shapely.union_all, grid_size=GRID), every, progress)
+    noded = aside(partial(shapely.union_all, grid_size=GRID), every, progress, work=_WORK)
     pieces = shapely.get_parts(noded)
-    faces = shapely.get_parts(aside(shapely.polygonize, pieces, progress))
-    ask(progress)
+    faces = shapely.get_parts(aside(shapely.polygonize, pieces, progress, work=_WORK))
+    ask(progress, _WORK)
     return _inside(faces, domain, within)
 
 
@@ -201,5 +203,5 @@ def _sides(
         found[hit] = line
         return found
 
-    edge = in_chunks(beside, middles, progress)
+    edge = in_chunks(beside, middles, progress, work=_WORK)
     return polygon[ring[side]], edge, np.hypot(*(xy[side + 1] - xy[side]).T)

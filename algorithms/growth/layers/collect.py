@@ -26,6 +26,8 @@ from .ways import LEVELS, Columns, node_columns, street_columns
 if TYPE_CHECKING:
     from ..land.ground import RealGround
 
+#: What goes on here, for those who cancel it.
+_WORK = "the layers of streets were collected"
 COLUMNS: Mapping[str, Sequence[str]] = {
     "streets": (
         "street_id", "status", "level", "level_name", "road", "road_type", "iteration", "length_m",
@@ -91,12 +93,12 @@ def growth_layers(
     last = max((step.iteration for step in growth.steps), default=0)
     found = {}
     for key, columns_of in _COLUMNS_OF.items():
-        ask(progress)
+        ask(progress, _WORK)
         columns, shapes = columns_of(growth, real)
         found[key] = _frame(key, columns, shapes, real, last)
     columns, shapes = _block_columns(growth, real, progress)
     found["blocks"] = _frame("blocks", columns, shapes, real, last)
-    ask(progress)
+    ask(progress, _WORK)
     found["problems"] = growth_problems(growth, real, rules)
     found["steps"] = _steps(growth, real)
     return found
@@ -135,7 +137,7 @@ def _block_columns(
     growth: Growth, real: RealGround, progress: Progress | None
 ) -> tuple[Columns, Shapes]:
     blocks = grown_blocks(growth, real, progress)
-    ask(progress)
+    ask(progress, _WORK)
     area, around = shapely.area(blocks.polygons), shapely.length(blocks.polygons)
     width, length = block_sizes(blocks.polygons)
     columns = {

@@ -20,6 +20,8 @@ Shapes = npt.NDArray[Any]
 
 #: Ends nearer than this to the edge lie on it (metres).
 ON_EDGE = 0.05
+#: Ends that growth has put at the edge are nearer than this to it (metres).
+PUT_THERE = 0.5
 
 
 def existing_edges(growth: Growth, real: RealGround) -> BoolArray:
@@ -56,9 +58,9 @@ def at_nodes(growth: Growth, edges: BoolArray) -> BoolArray:
 def on_outer_edge(growth: Growth, real: RealGround) -> BoolArray:
     """Tell which nodes lie on the outer edge of the domain, shape (n,).
 
-    Streets lead out there; at the edge of an obstacle, which is a hole of the domain, they do
-    not. Besides the nodes that growth has put there these are all within `ON_EDGE` of it, such
-    as starts.
+    Streets lead out there; at the edge of an obstacle they do not, be it a hole of the domain or
+    across its outer edge. Besides the nodes that growth has put there these are all within
+    `ON_EDGE` of it, such as starts.
 
     Parameters
     ----------
@@ -69,14 +71,18 @@ def on_outer_edge(growth: Growth, real: RealGround) -> BoolArray:
     domain = real.ground.domain
     if domain is None or not len(found):
         return found
-    shells, holes = _sides(domain)
+    shells, holes = _sides(domain, real.outline)
     points = shapely.points(growth.xy)
     shell_tree = shapely.STRtree(shells)
     near = shell_tree.query(points, predicate="dwithin", distance=ON_EDGE)[0]
     found[near] = True
     edge = np.flatnonzero(growth.node_type == EDGE)
     sides = np.concatenate([shells, holes])
-    found[edge] |= shapely.STRtree(sides).nearest(points[edge]) < len(shells)
+    tree = shapely.STRtree(sides)
+    nearest = tree.nearest(points[edge])
+    # streets may end at the edge of the site, too, where they cannot cross to the road beside it
+    there = shapely.distance(points[edge], sides[nearest]) < PUT_THERE
+    found[edge] |= (nearest < len(shells)) & there
     return found
 
 
@@ -133,13 +139,20 @@ def _distances(growth: Growth, sinks: BoolArray) -> FloatArray:
     return np.asarray(dijkstra(links, directed=False, indices=starts, min_only=True))
 
 
-def _sides(domain: shapely.Geometry) -> tuple[Shapes, Shapes]:
-    """Straight sides of a domain: those of its outer edges, and those of its holes."""
-    parts = shapely.get_parts(domain)
-    parts = parts[shapely.get_type_id(parts) == shapely.GeometryType.POLYGON]
-    rings, owner = shapely.get_rings(parts, return_index=True)
-    outer = np.r_[True, np.diff(owner) != 0][: len(rings)]
-    return segments(rings[outer]), segments(rings[~outer])
+def _sides(domain: shapely.Geometry, outline: shapely.Geometry | None) -> tuple[Shapes, Shapes]:
+    """Straight sides of a domain: those of its outer edges, and those of holes and obstacles."""
+    sides = segments(shapely.get_rings(_polygons(domain)))
+    shells = segments(shapely.get_exterior_ring(_polygons(domain if outline is None else outline)))
+    # where an obstacle was taken away there are corners, so one place tells of all of a side
+    middles = shapely.line_interpolate_point(sides, 0.5, normalized=True)
+    outer = np.zeros(len(sides), dtype=bool)
+    outer[shapely.STRtree(shells).query(middles, predicate="dwithin", distance=ON_EDGE)[0]] = True
+    return sides[outer], sides[~outer]
+
+
+def _polygons(area: shapely.Geometry) -> Shapes:
+    parts = shapely.get_parts(area)
+    return np.asarray(parts[shapely.get_type_id(parts) == shapely.GeometryType.POLYGON])
 
 
 def segments(lines: Shapes) -> Shapes:

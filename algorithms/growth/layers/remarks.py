@@ -60,12 +60,14 @@ _Remark = tuple[str, str, str, "shapely.Geometry | None"]
 
 
 def _remarks(growth: Growth, real: RealGround, rules: GrowthRules) -> Iterator[_Remark]:
-    yield from _too_small(growth, rules)
-    if growth.left_out:
+    short = list(_too_small(growth, rules))
+    yield from short
+    # whoever asked for no size misses none
+    if short and growth.left_out:
         streets = "1 street was" if growth.left_out == 1 else f"{growth.left_out} streets were"
         yield (
             f"{streets} not built, because there was no room.",
-            "left out; a smaller intersect radius or least angle leaves out fewer",
+            "left out; a smaller nearness of junctions or least angle leaves out fewer",
             "info",
             None,
         )
@@ -74,7 +76,7 @@ def _remarks(growth: Growth, real: RealGround, rules: GrowthRules) -> Iterator[_
 
 
 def _too_small(growth: Growth, rules: GrowthRules) -> Iterator[_Remark]:
-    """Tell what was asked for and what grew, where growth ended by itself or was cancelled.
+    """Tell what size was asked for and what grew, where growth ended by itself or was cancelled.
 
     The record is asked, since dead ends may have been taken away meanwhile.
     """
@@ -91,10 +93,14 @@ def _too_small(growth: Growth, rules: GrowthRules) -> Iterator[_Remark]:
     if any(got >= limit * (1 - ROUNDING) for limit, got, _ in limits):
         return
     words = " and ".join(f"{got:,.0f} of {limit:,.0f} {unit}" for limit, got, unit in limits)
-    action = "left so; give more starts, more ground, a smaller scale or a smaller intersect radius"
+    # iterations alone are no wish for a size
+    if all(limit is None for limit, _, _ in sizes) and "cancelled" not in growth.stopped:
+        return
+    action = (
+        "left so; give more starts, more ground, a smaller scale or a smaller nearness of junctions"
+    )
     if "cancelled" in growth.stopped:
         action = "left so; run it again to the end"
-    # iterations alone are no wish for a size
     wished = any(limit is not None for limit, _, _ in sizes)
     text = f"Growth ended with {words}, because {growth.stopped}."
     yield text, action, "warning" if wished else "info", None

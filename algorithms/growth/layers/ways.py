@@ -10,7 +10,7 @@ import numpy.typing as npt
 import shapely
 
 from ...levels import COLLECTOR, LEVEL_NAMES, LOCAL, MAJOR, SPEEDS
-from ..grammar import EDGE, LARGE, MAIN, NODE_TYPES, ROAD_TYPES, SMALL, State
+from ..grammar import LARGE, MAIN, NODE_TYPES, ROAD_TYPES, SMALL, State
 from ..types import Growth, IntArray
 from .chains import chains
 from .outward import Shapes, at_nodes, existing_edges, on_outer_edge, ways_out
@@ -133,9 +133,9 @@ def state_words(growth: Growth) -> npt.NDArray[np.object_]:
 def node_kinds(growth: Growth, real: RealGround) -> npt.NDArray[np.object_]:
     """Say what each node is, shape (n,).
 
-    "join" where a grown street meets an existing one, "at the edge" where it ends at the edge of
-    the domain or of an obstacle, or meets a new street along it; elsewhere "junction", "bend"
-    (two streets) or "dead end".
+    "join" where a grown street meets an existing one, "at the edge" where it ends at the outer
+    edge of the domain, or meets a new street along an edge; elsewhere "junction", "bend" (two
+    streets) or "dead end", also where a street ends at an obstacle or a motorway.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ def node_kinds(growth: Growth, real: RealGround) -> npt.NDArray[np.object_]:
     existing = existing_edges(growth, real)
     grown = at_nodes(growth, growth.grown)
     beside = at_nodes(growth, ~growth.grown & ~existing) | on_outer_edge(growth, real)
-    kinds[grown & (beside | (growth.node_type == EDGE))] = "at the edge"
+    kinds[grown & beside] = "at the edge"
     kinds[grown & at_nodes(growth, existing)] = "join"
     return kinds
 

@@ -27,6 +27,8 @@ COMMON = 0.5
 WELL = 1.2
 #: Pieces smaller than this go to a neighbour whatever becomes of its shape (square metres).
 SLIVER = 20.0
+#: Pieces smaller than this do so along edges of any length (square metres).
+SPECK = 1.0
 #: A green that could be a parcel is none if it is larger than that many of them.
 LARGE_GREEN = 1.15
 #: Where more than this share of the parcels are pointed, they stay parcels.
@@ -222,8 +224,9 @@ class Pieces:
             self.kind[k] = PARCEL
             return
         options = []
+        enough = 0.0 if self.area[k] < SPECK else COMMON
         for j, shared in self.common[k].items():
-            if shared < COMMON or self.kind[j] not in (PARCEL, GREEN):
+            if shared < enough or self.kind[j] not in (PARCEL, GREEN):
                 continue
             if self.kind[j] == GREEN and self.kind[k] != GREEN and not self.area[k] < SLIVER:
                 continue

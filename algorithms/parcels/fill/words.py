@@ -91,7 +91,7 @@ def _deep(block: Block, courts: Sequence[Plot], got: int, rules: ParcelRules) ->
     more = max(0, int(land / rules.area))
     reason = f"The block is {deep:.0f} m deep"
     if more:
-        reason += f": a street through it would serve about {more} more parcels"
+        reason += f": a street through it would serve about {more} more parcel" + "s" * (more > 1)
     uses = {
         "court": "a court",
         "lane": "lanes and a court",

@@ -96,6 +96,15 @@ def prepare_ground(
                     "warning",
                 )
             )
+        elif (lost := area.polygon.area - sum(part.area for part in parts)) > SCRAP:
+            remarks.append(
+                Remark(
+                    parts[0].representative_point(),
+                    f"{lost:.0f} m2 of this {area.use} lie outside the site, or under what comes "
+                    "before it",
+                    "they are left out",
+                )
+            )
         for part in parts:
             kept.append(KeyArea(part, area.use, area.around))
             if area.around:

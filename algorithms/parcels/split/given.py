@@ -21,6 +21,8 @@ USE_FIELDS = ("use", "land_use", "landuse", "kind", "label", "type")
 UNNAMED = "park"
 #: Uses that a street runs around unless the field `around` says otherwise.
 WITH_STREETS = ("school", "commercial", "retail", "civic", "kindergarten")
+#: What the field `around` may say.
+YES, NO = ("1", "1.0", "true", "yes", "y"), ("0", "0.0", "false", "no", "n")
 
 
 def read_key_areas(frame: gpd.GeoDataFrame | None, crs: CRS, layer: str) -> list[KeyArea]:
@@ -40,7 +42,7 @@ def read_key_areas(frame: gpd.GeoDataFrame | None, crs: CRS, layer: str) -> list
     Raises
     ------
     InputError
-        If the layer has no CRS, or a feature is no polygon.
+        If the layer has no CRS, a feature is no polygon, or `around` is no yes or no.
     """
     if frame is None:
         return []
@@ -50,7 +52,15 @@ def read_key_areas(frame: gpd.GeoDataFrame | None, crs: CRS, layer: str) -> list
     for k, shape in read_features(rows, crs, layer):
         use = _word(uses, int(k)) or UNNAMED
         asked = _word(around, int(k)).lower()
-        own = asked in ("1", "1.0", "true", "yes") if asked else use.lower() in WITH_STREETS
+        if asked and asked not in (*YES, *NO):
+            raise InputError(
+                f"Its field 'around' says '{asked}'.",
+                "Write yes where a street is to run around the area, no where none is, or leave "
+                "it empty.",
+                layer=layer,
+                feature=str(frame.index[int(k)]),
+            )
+        own = asked in YES if asked else use.lower() in WITH_STREETS
         parts = [p for p in shapely.get_parts(shape) if p.geom_type == "Polygon"]
         if not parts:
             raise InputError(

@@ -46,6 +46,10 @@ ALONG = 0.1
 USUAL_CLASS = "residential"
 #: Roads this near to land may run along its edge (metres).
 SNAP = 5.0
+#: Less land than this may get parcels though it was free before (square metres).
+FREE = 100.0
+#: Free land that is narrower comes of streets that moved (metres).
+THIN = 6.0
 
 
 @dataclass(frozen=True)
@@ -56,14 +60,15 @@ class Given:
     ----------
     streets, parcels
         Centre lines, and polygons with `land_use`; None where there is none.
-    site, roads
-        Site polygons (None: what the parcels cover) and existing roads around, or None.
+    site, roads, obstacles
+        Site polygons (None: what the parcels cover), existing roads around, and polygons that
+        stay free of streets and parcels, or None.
     widths
         Widths of streets without a field `width_m`.
     edge, snap_distance
         Where the edge of the site has access, see `blocks_from_streets`; "streets" means "open"
         where no street or road runs along it.
-    street_layer, parcel_layer, site_layer, road_layer
+    street_layer, parcel_layer, site_layer, road_layer, obstacle_layer
         Names of the layers, for messages.
     """
 
@@ -78,6 +83,8 @@ class Given:
     parcel_layer: str = "Parcels"
     site_layer: str = "Site"
     road_layer: str = "Roads"
+    obstacles: gpd.GeoDataFrame | None = None
+    obstacle_layer: str = "Obstacles"
 
 
 def improve_layout(
@@ -191,17 +198,23 @@ class _Run:
     def _sites(self, progress: Progress) -> Sequence[Site]:
         """Read the sites, or make them of the parcels."""
         given = self.given
-        if given.site is not None:
-            found = prepare_sites(
-                given.site, polygon_layer=given.site_layer, progress=Quiet(progress)
+        site, name = given.site, given.site_layer
+        if site is None:
+            site = gpd.GeoDataFrame(
+                geometry=[joined(list(self.old.plots), self._half())], crs=self.old.crs
             )
-            return found.sites
-        widest = float(widths_of(self.streets, given.widths).max(initial=10.0))
-        whole = gpd.GeoDataFrame(
-            geometry=[joined(list(self.old.plots), widest / 2 + SLACK)], crs=self.old.crs
-        )
-        found = prepare_sites(whole, polygon_layer=given.parcel_layer, progress=Quiet(progress))
-        return found.sites
+            name = given.parcel_layer
+        return prepare_sites(
+            site,
+            obstacles=given.obstacles,
+            polygon_layer=name,
+            obstacle_layer=given.obstacle_layer,
+            progress=Quiet(progress),
+        ).sites
+
+    def _half(self) -> float:
+        """Half the width of the widest street, and a little more."""
+        return float(widths_of(self.streets, self.given.widths).max(initial=10.0)) / 2 + SLACK
 
     def _site(self, site: Site, progress: Progress) -> None:
         """Improve a site."""
@@ -237,6 +250,23 @@ class _Run:
             kept = [label for label in labels if not self.old.is_land(label)]
             self.stayed.append(self.old.as_given(kept, self.source))
             self.made.append(chosen.parcels)
+            if plots:
+                self._say_what_was_free(site, [*areas, *(p.polygon for p in plots)], chosen.parcels)
+
+    def _say_what_was_free(
+        self, site: Site, before: Sequence[shapely.Geometry], parcels: gpd.GeoDataFrame
+    ) -> None:
+        """Warn of parcels where the layout that was given had neither land nor street."""
+        new = shapely.union_all(parcels.geometry.to_crs(site.crs).to_numpy())
+        free = shapely.difference(new, joined(before, self._half()))
+        free = shapely.buffer(shapely.buffer(free, -THIN / 2), THIN / 2)
+        if free.area > FREE:
+            self.problems.add(
+                self.given.parcel_layer, "",
+                f"the parcels now cover {free.area:.0f} m2 that were free before",
+                "give what stands there as Obstacles, or take it off the site, and run again",
+                "warning", free.representative_point(), site.crs,
+            )  # fmt: skip
 
     def _frontage(
         self, site: Site, own: gpd.GeoDataFrame, progress: Progress

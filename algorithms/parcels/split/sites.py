@@ -9,7 +9,7 @@ import numpy as np
 from shapely.geometry import LineString
 
 from ...errors import CancelledError, InputError
-from ...progress import Progress, Share, Silent
+from ...progress import Progress, Silent
 from ...site.types import Site
 from ..roadmesh import GivenStreet
 from ..rules import ParcelRules
@@ -17,7 +17,10 @@ from .elements import KeyArea, Prepared, prepare_ground
 from .layout import Layout
 from .rules import SplitRules
 from .site_layers import SiteLayouts
-from .variations import Arriving, Executor, vary
+from .variations import Arriving, Executor, Numbered, vary
+
+#: Sites with room for more parcels than this are a mistake: memory would not do for them.
+MOST = 200_000
 
 
 @dataclass(frozen=True)
@@ -73,12 +76,14 @@ def lay_out_sites(
     Raises
     ------
     InputError
-        If nothing of a site is left to lay out.
+        If nothing of a site is left to lay out, or it is far too large.
     CancelledError
         If the caller cancels before there is a layout.
     """
     told = progress or Silent()
     found: list[SiteLayouts] = []
+    for site in sites:
+        _check_size(site, rules)
     for k, site in enumerate(sites):
         own = elements(site) if elements is not None else Elements()
         ready = prepare_ground(
@@ -91,7 +96,7 @@ def lay_out_sites(
                 layer=site.name,
                 feature=site.feature,
             )
-        share = Share(told, k / len(sites), (k + 1) / len(sites))
+        share = Numbered(told, k / len(sites), (k + 1) / len(sites), "Site", k, len(sites))
         try:
             layouts = _pieces(ready, site, own, rules, split, count, seed, executor, share)
         except CancelledError:
@@ -101,6 +106,20 @@ def lay_out_sites(
             break
         found.append(SiteLayouts(site, layouts, ready.areas, ready.remarks))
     return found
+
+
+def _check_size(site: Site, rules: ParcelRules) -> None:
+    """Refuse a site that nobody can mean, such as a country or one in a wrong CRS."""
+    room = site.polygon.area / rules.area
+    if room > MOST:
+        raise InputError(
+            f"It has {site.polygon.area / 1e6:,.0f} km2, room for {room:,.0f} parcels; "
+            f"{MOST:,} is the most.",
+            "Choose a smaller site, or larger parcels; see whether the coordinate reference "
+            "system is right.",
+            layer=site.name,
+            feature=site.feature,
+        )
 
 
 def _pieces(
@@ -121,12 +140,13 @@ def _pieces(
     by_piece = []
     whole = sum(ground.polygon.area for ground in ready.grounds)
     begin = 0.0
-    for ground in ready.grounds:
+    for k, ground in enumerate(ready.grounds):
         end = begin + ground.polygon.area / whole
+        share = Numbered(progress, begin, end, "Piece of land", k, len(ready.grounds))
         by_piece.append(
             vary(
                 ground, rules, split, count=count, seed=seed, arriving=arriving,
-                guides=own.guides, executor=executor, progress=Share(progress, begin, end),
+                guides=own.guides, executor=executor, progress=share,
             )
         )  # fmt: skip
         begin = end

@@ -48,15 +48,29 @@ class Job:
         )  # fmt: skip
 
 
-class _Numbered(Share):
-    """The share of one variation, which says which one it is."""
+class Numbered(Share):
+    """A part of the work that says which one of several like it is being done.
 
-    def __init__(self, progress: Progress, k: int, count: int) -> None:
-        super().__init__(progress, k / count, (k + 1) / count)
-        self._name = f"Variation {k + 1} of {count}: " if count > 1 else ""
+    Parameters
+    ----------
+    progress
+        Told of the whole.
+    begin, end
+        Fractions of the whole at which the part begins and ends.
+    what
+        What there are several of, such as "Variation".
+    k, count
+        Which one it is, from 0, and how many there are; a single one is not named.
+    """
+
+    def __init__(
+        self, progress: Progress, begin: float, end: float, what: str, k: int, count: int
+    ) -> None:
+        super().__init__(progress, begin, end)
+        self._name = f"{what} {k + 1} of {count}: " if count > 1 else ""
 
     def stage(self, text: str, fraction: float) -> None:
-        """Tell the stage with the number of the variation."""
+        """Tell the stage with the number of the part."""
         super().stage(self._name + (text[0].lower() + text[1:] if self._name else text), fraction)
 
 
@@ -117,7 +131,8 @@ def vary(
     found: list[Layout] = []
     for k, job in enumerate(jobs):
         try:
-            found.append(job(_Numbered(told, k, count)))
+            own = Numbered(told, k / count, (k + 1) / count, "Variation", k, count)
+            found.append(job(own))
         except CancelledError:
             if not found:
                 raise

@@ -193,8 +193,19 @@ class _Drawing:
             )  # fmt: skip
 
     def _repeats(self) -> None:
-        for cell in cells(self.template):
+        stretches = cells(self.template)
+        for at, cell in enumerate(stretches):
             index = self.template.faces.index(cell.faces[0])
+            for other in stretches[:at]:
+                shared = min(cell.end, other.end) - max(cell.start, other.start)
+                if other.axis == cell.axis and shared > MERGE:
+                    raise self.wrong(
+                        "faces", index, "repeat",
+                        f"'{cell.name}' repeats from {cell.start:g} to {cell.end:g} m, where "
+                        f"'{other.name}' repeats, too.",
+                        "Give both the same name, or leave rows that are counted each by itself "
+                        "to templates of their own, as 'Two rows counted each' does.",
+                    )  # fmt: skip
             if not 0 < cell.least <= cell.ideal <= cell.most < math.inf:
                 raise self.wrong(
                     "faces", index, "repeat_ideal",
@@ -202,14 +213,14 @@ class _Drawing:
                     f"between {cell.least:g} and {cell.most:g} m.",
                     "Give repeat_min above 0, and repeat_ideal between it and repeat_max.",
                 )  # fmt: skip
-            for other, face in enumerate(self.template.faces):
+            for where, face in enumerate(self.template.faces):
                 if face.repeat == cell.name:
                     continue
                 xy = shapely.get_coordinates(face.polygon)[:, cell.axis]
                 within = (xy > cell.start + MERGE) & (xy < cell.end - MERGE)
                 if within.any():
                     raise self.wrong(
-                        "faces", other, "repeat",
+                        "faces", where, "repeat",
                         f"it has a vertex inside the stretch from {cell.start:g} to {cell.end:g} m "
                         f"that '{cell.name}' repeats.",
                         "Let it end there, reach across, or repeat as well.",

@@ -111,7 +111,9 @@ def repeated(template: Template, counts: Mapping[str, int]) -> Template:
     Template
         A drawing that repeats nothing any more.
     """
-    for cell in cells(template):
+    for name in [cell.name for cell in cells(template)]:
+        # found anew: the stretches before it have moved it
+        cell = next(cell for cell in cells(template) if cell.name == name)
         count = counts.get(cell.name, 1)
         length = cell.end - cell.start
         grow = _shift_behind(cell, (count - 1) * length)
