@@ -9,6 +9,7 @@ from .problems import ValidationReport
 from .street_figures import StreetFigures
 from .streets import StreetOptions, StreetReport, measure_streets
 from .validate import validate_network
+from .zone_figures import ZoneFigures, zone_figures
 
 __all__ = [
     "Ideal",
@@ -22,10 +23,12 @@ __all__ = [
     "StreetOptions",
     "StreetReport",
     "ValidationReport",
+    "ZoneFigures",
     "measure_land_use",
     "measure_parcels",
     "measure_pattern",
     "measure_plan",
     "measure_streets",
     "validate_network",
+    "zone_figures",
 ]

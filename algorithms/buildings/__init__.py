@@ -1,0 +1,1 @@
+"""Residential zones are laid out: buildings, sunlight, paths and what lies between (RZ)."""

@@ -1,0 +1,1 @@
+"""Buildings are placed: in stages or by a program."""
