@@ -77,6 +77,10 @@ NUMERIC_FIELD = _first(
 ANY_FIELD = _first(
     "Qgis.ProcessingFieldParameterDataType.Any", "QgsProcessingParameterField.DataType.Any"
 )
+#: Sizes of symbols on the ground.
+METRES_ON_GROUND = _first(
+    "Qgis.RenderUnit.MetersInMapUnits", "QgsUnitTypes.RenderUnit.RenderMetersInMapUnits"
+)
 POSITIVE_NUMBER = _first("QgsPropertyDefinition.StandardPropertyTemplate.DoublePositive")
 SKIP_VALIDITY_CHECK = _first(
     "Qgis.ProcessingFeatureSourceFlag.SkipGeometryValidityChecks",

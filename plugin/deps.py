@@ -20,9 +20,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from . import guard, installer_folder
-from .guard import LAYERS, OPTIONAL, OSM, PACKAGES, SOLVERS
+from .guard import LAYERS, OPTIONAL, OSM, PACKAGES, SOLVERS, SUN
 
-__all__ = ["LAYERS", "OPTIONAL", "OSM", "PACKAGES", "SOLVERS", "load", "missing", "missing_text"]
+__all__ = [
+    "LAYERS", "OPTIONAL", "OSM", "PACKAGES", "SOLVERS", "SUN", "load", "missing", "missing_text",
+]  # fmt: skip
 
 #: Names one or more folders with packages, for development and for runs without a window.
 ENVIRONMENT_VARIABLE = "PLATWRIGHT_DEPS"

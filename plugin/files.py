@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FileKind:
-    """One kind of output file, which is text.
+    """One kind of output file.
 
     Attributes
     ----------
@@ -25,11 +25,18 @@ class FileKind:
         Ending of the file, such as html; a page shows up among the results of Processing.
     text
         What it holds, as a sentence.
+    binary
+        Whether it is bytes rather than text.
     """
 
     title: str
     ending: str
     text: str
+    binary: bool = False
+
+    def read(self, path: Path) -> str | bytes:
+        """Return what a file of this kind holds."""
+        return path.read_bytes() if self.binary else path.read_text(encoding="utf-8")
 
 
 def destination(key: str, kind: FileKind) -> QgsProcessingParameterDefinition:
@@ -41,7 +48,7 @@ def destination(key: str, kind: FileKind) -> QgsProcessingParameterDefinition:
 
 
 def write(
-    request: Request, kinds: Mapping[str, FileKind], contents: Mapping[str, str]
+    request: Request, kinds: Mapping[str, FileKind], contents: Mapping[str, str | bytes]
 ) -> dict[str, str]:
     """Write the files that were asked for, and return their paths by key.
 
@@ -54,6 +61,7 @@ def write(
     for key in kinds:
         path = request.tool.parameterAsFileOutput(request.parameters, key, request.context)
         if request.has(key) and path and key in contents:
-            Path(path).write_text(contents[key], encoding="utf-8")
+            content = contents[key]
+            Path(path).write_bytes(content if isinstance(content, bytes) else content.encode())
             written[key] = path
     return written

@@ -53,7 +53,11 @@ NODES = LayerKind(
             "integer",
             "number of the road that reached it; empty where growth began or cut a street",
         ),
-        Field("kind", "text", "junction, bend, dead end, join (existing street) or at the edge"),
+        Field(
+            "kind",
+            "text",
+            "junction, bend, dead end, join (existing street), at the edge (of the site)",
+        ),
         _APPEARED,
     ),
     "grown_nodes",

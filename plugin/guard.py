@@ -71,6 +71,7 @@ PACKAGES: dict[str, Package] = {
     "ortools": Package(
         "ortools", "9.10", ("ortools.sat.python.cp_model",), "9.15", "solver CP-SAT, faster"
     ),
+    "pvlib": Package("pvlib", "0.10", ("pvlib.spa",), purpose="position of the sun"),
     "requests": Package("requests", "2.25", purpose="web requests"),
     "osmnx": Package("osmnx", "2.0", below="3", purpose="OpenStreetMap"),
     "osmium": Package(
@@ -85,6 +86,8 @@ PACKAGES: dict[str, Package] = {
 LAYERS = ("numpy", "scipy", "shapely", "pyproj", "geopandas")
 #: What a tool needs that solves integer programs.
 SOLVERS = ("networkx", "pulp", "highspy")
+#: What a tool needs that follows the sun.
+SUN = ("pvlib",)
 #: What a tool needs that asks OpenStreetMap.
 OSM = (*LAYERS, "networkx", "requests", "osmnx")
 #: Imported where installed, so that it is bound to its own libraries, and never demanded; with

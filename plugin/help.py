@@ -68,6 +68,7 @@ GROUPS = {
     "site": "1 Site",
     "streets": "2 Streets",
     "parcels": "3 Parcels",
+    "buildings": "4 Buildings",
     "measure": "6 Measure",
     "setup": "9 Set-up",
     "models": "Models",
@@ -91,6 +92,11 @@ REFERENCES = {
     "CS": (
         "C. Dobbie, A. Johansson, In pursuit of the optimal city: evaluation of procedurally "
         "generated city layouts, supplementary information (CitySprout)."
+    ),
+    "RZ": (
+        "L. Wang, W. Hua, H. Bao, Procedural modeling of residential zone subject to urban "
+        "planning constraints, Entertainment Computing, ICEC 2007, Lecture Notes in Computer "
+        "Science 4740."
     ),
     "SNAKES": (
         "M. Kass, A. Witkin, D. Terzopoulos, Snakes: active contour models, International Journal "
@@ -131,6 +137,8 @@ _UNITS = {
     "similarity": "m",
     "s": "s",
     "seconds": "s",
+    "hours": "h",
+    "rotation": "degrees",
 }
 
 

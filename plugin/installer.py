@@ -22,7 +22,7 @@ from typing import Any, Optional
 from qgis.PyQt.QtCore import QLockFile
 
 from . import deps, installer_folder, settings
-from .guard import LAYERS, PACKAGES, SOLVERS, version_tuple
+from .guard import LAYERS, PACKAGES, SOLVERS, SUN, version_tuple
 from .installer_errors import pip_sentence
 from .installer_process import (
     Ended,
@@ -82,7 +82,7 @@ class Outcome:
 
 def names(extras: Iterable[str] = tuple(EXTRAS)) -> tuple[str, ...]:
     """Return the packages that are wanted: the necessary ones and those of some extras."""
-    wanted = {*LAYERS, *SOLVERS}
+    wanted = {*LAYERS, *SOLVERS, *SUN}
     wanted.update(name for extra in extras for name in EXTRAS[extra])
     return tuple(name for name in PACKAGES if name in wanted)
 

@@ -36,6 +36,7 @@ _SOURCES = {
     "polygon": compat.SOURCE_POLYGON,
     "line": compat.SOURCE_LINE,
     "point": compat.SOURCE_POINT,
+    "table": compat.SOURCE_TABLE,
 }
 _SINKS = {
     "Point": compat.SOURCE_POINT,
@@ -65,7 +66,7 @@ def layer(
     optional: bool = False,
     advanced: bool = False,
 ) -> QgsProcessingParameterDefinition:
-    """Declare an input layer of "polygon", "line" or "point" geometry, or of several."""
+    """Declare an input layer of "polygon", "line" or "point" geometry, or a "table"."""
     names = [geometry] if isinstance(geometry, str) else list(geometry)
     types = [_SOURCES[name] for name in names]
     definition = QgsProcessingParameterFeatureSource(key, text, types, None, optional)

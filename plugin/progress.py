@@ -115,9 +115,13 @@ class QuietProgress(FeedbackProgress):
 
 def describe_search(state: Any) -> str:
     """Return one line about a `SearchState` of the library."""
-    text = "No design yet" if state.incumbent is None else f"Best design {state.incumbent:.1f}"
+    # objectives below 1 differ in later decimals
+    digits = 4 if state.incumbent is not None and abs(state.incumbent) < 1 else 1
+    text = "No design yet"
+    if state.incumbent is not None:
+        text = f"Best design {state.incumbent:.{digits}f}"
     if state.bound is not None:
-        text += f", bound {state.bound:.1f}"
+        text += f", bound {state.bound:.{digits}f}"
     if state.gap is not None:
         text += f", gap {100 * state.gap:.1f} %"
     return f"{text}, after {state.seconds:.1f} s"

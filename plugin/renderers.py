@@ -22,6 +22,7 @@ from qgis.core import (
 )
 from qgis.PyQt.QtGui import QColor
 
+from .building_renderers import BUILDING_OTHERS, BUILDING_RENDERERS, BUILDING_TITLES
 from .growth_renderers import GROWTH_OTHERS, GROWTH_RENDERERS, GROWTH_TITLES
 from .parcel_renderers import PARCEL_OTHERS, PARCEL_RENDERERS, PARCEL_TITLES
 from .street_renderers import STREET_OTHERS, STREET_RENDERERS, STREET_TITLES
@@ -265,6 +266,7 @@ RENDERERS: dict[str, Callable[[], QgsFeatureRenderer]] = {
     "landuse": _landuse,
     "osm_obstacles": _osm_obstacles,
     **PARCEL_RENDERERS,
+    **BUILDING_RENDERERS,
     **GROWTH_RENDERERS,
     **STREET_RENDERERS,
 }
@@ -274,6 +276,7 @@ TITLES = {
     "streets": "Level",
     "blocks": "Width",
     **PARCEL_TITLES,
+    **BUILDING_TITLES,
     **GROWTH_TITLES,
     **STREET_TITLES,
 }
@@ -283,6 +286,7 @@ OTHERS: dict[str, dict[str, Callable[[QgsVectorLayer], QgsFeatureRenderer]]] = {
     "streets": {"Distance to the exit": _by_distance},
     "blocks": {"Area": _by_area},
     **PARCEL_OTHERS,
+    **BUILDING_OTHERS,
     **GROWTH_OTHERS,
     **STREET_OTHERS,
 }

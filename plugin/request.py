@@ -184,7 +184,8 @@ class Request:
                 "Choose another layer, or switch off 'Selected features only'.",
                 layer=self.name(key),
             )
-        if not source.sourceCrs().isValid():
+        # a table lies nowhere
+        if source.wkbType() != compat.WKB["NoGeometry"] and not source.sourceCrs().isValid():
             raise InputError(
                 "It has no coordinate reference system.",
                 "Assign one with Layer > Set CRS of Layer(s) and run again.",

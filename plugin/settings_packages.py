@@ -153,7 +153,7 @@ class PackagesBox(QGroupBox):
 
     def install(self) -> None:
         """Ask for consent and install from pip's package index."""
-        where = "from the package index that pip uses (usually pypi.org), about 120 MB,"
+        where = "from the package index that pip uses (usually pypi.org), about 150 MB,"
         if self._consent(where):
             self._begin_install(None)
 

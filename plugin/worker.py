@@ -324,7 +324,7 @@ def _result(tool: Tool, results: Mapping[str, Any], folder: Path) -> Result:
         specification=found.get("specification", "{}"),
         keep=True,
         credits=json.loads(found.get("credits", "{}")),
-        files={key: p.read_text(encoding="utf-8") for key, p in pages.items() if p.is_file()},
+        files={key: tool.files[key].read(p) for key, p in pages.items() if p.is_file()},
     )
 
 

@@ -40,6 +40,7 @@ from platwright.streets import (
 )
 from shapely.geometry import LineString, box
 
+from _help_buildings import layoutresidential
 from _help_drawing import (
     DPI,
     GREEN,
@@ -327,6 +328,7 @@ PICTURES: dict[str, Callable[[Axes, Axes], tuple[str, str]]] = {
     "parcelblocks": parcelblocks,
     "optimiselayout": optimiselayout,
     "resplitlayout": resplitlayout,
+    "layoutresidential": layoutresidential,
     "validatenetwork": validatenetwork,
     "measurestreets": measurestreets,
 }

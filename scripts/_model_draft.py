@@ -10,7 +10,9 @@ from typing import Any
 #: Distances on the canvas of the model designer.
 STEP_X, STEP_Y = 230, 120
 #: The main layer of each model, which is always made.
-MAIN = (("design", "STREETS"), ("compared", "OUTPUT"), ("parcels", "PARCELS"))
+MAIN = (
+    ("design", "STREETS"), ("compared", "OUTPUT"), ("parcels", "PARCELS"), ("zone", "BUILDINGS"),
+)  # fmt: skip
 
 
 class Draft:

@@ -6,6 +6,7 @@ from .candidatemesh import CandidateMesh
 from .designstreets import DesignStreets
 from .growstreets import GrowStreets
 from .installdependencies import InstallDependencies
+from .layoutresidential import LayoutResidential
 from .measuredesign import MeasureDesign
 from .measurelanduse import MeasureLandUse
 from .measureparcels import MeasureParcels
@@ -32,6 +33,7 @@ TOOLS = (
     ParcelBlocks,
     OptimiseLayout,
     ResplitLayout,
+    LayoutResidential,
     ValidateNetwork,
     MeasureDesign,
     MeasureStreets,

@@ -18,6 +18,7 @@ from ..progress import FeedbackProgress
 from ..request import Request
 from ..tool import Tool
 from . import drawnstreets, functions, persite, rules, siteinputs
+from .collect import joined
 from .designcheck import check_design
 from .validatenetwork import describe
 
@@ -193,7 +194,7 @@ class DesignStreets(Tool):
         around = site_layers(prepared)
         report = check_design(found, around, plan, given, progress.part(0.98, 1.0))
         broken = [] if report is None else [describe(report.problems, "Streets")]
-        found["problems"] = _joined(prepared.problems, found["problems"], *broken)
+        found["problems"] = joined(prepared.problems, found["problems"], *broken)
         return Result(
             crs=request.crs("INPUT"),
             layers={key: found[kind.key] for key, kind in self.layers.items()},
@@ -220,14 +221,6 @@ def _asked(request: Request, base: Any, sites: Any, progress: FeedbackProgress) 
         if keys:
             progress.info(f"{site.name}: blocks of {own.block_width:g} m x {own.block_length:g} m.")
     return asked
-
-
-def _joined(*layers: Any) -> Any:
-    """Return problem layers as one."""
-    import pandas
-
-    full = [layer for layer in layers if len(layer)]
-    return pandas.concat(full, ignore_index=True) if full else layers[0]
 
 
 def _wishes(

@@ -19,11 +19,16 @@ from ..record import to_json
 from ..request import Request
 from ..tool import Tool
 from . import growthinputs, siteinputs
+from .collect import joined, without_frontage
 
+#: What sites without a road along their edge do.
+WITHOUT_ROADS = "no matter: streets begin where a road arrives, else in the middle of the site"
 #: In a hectare.
 SQUARE_METRES = 10_000.0
 #: Inputs of which one tells growth over open ground when to stop.
 LIMITS = ("MAX_LENGTH", "MAX_SEGMENTS", "POPULATION")
+#: What it means for growth that there are no roads.
+NO_ROADS = "streets begin in the middle of each site, or at the start points"
 
 
 class GrowStreets(Tool):
@@ -44,10 +49,9 @@ class GrowStreets(Tool):
             "limit is reached; in blocks of a site that are still too large they begin anew. They "
             "meet in junctions, and join a street or a junction that is near rather than run past "
             "it. Hundreds of hectares take seconds: try several seeds.",
-            "Inside the site they keep out of obstacles. Up to the centre lines of the roads along "
-            "its edge the ground belongs to the site as well, as far as the snap distance: there "
-            "obstacles do not hold streets back. A street along the edge of obstacles is tied to "
-            "the roads and may cross a building on that way.",
+            "They keep out of obstacles, motorways and railways. Between the edge of the site and "
+            "the roads along it, as far away as the snap distance, they only cross to these roads, "
+            "as straight as they can.",
             "Existing roads stay where they are. Growth goes on from their loose ends and from "
             "where they arrive at the site; start points replace that. Without a site the streets "
             "grow out of the roads, or around the points, over open ground, and one of the limits "
@@ -78,7 +82,7 @@ class GrowStreets(Tool):
         "POPULATION_REACHED": "People that the new streets stand for",
         "ITERATIONS_DONE": "Number of iterations",
         "BLOCK_COUNT": "Number of blocks",
-        "DEAD_ENDS_LEFT": "Number of dead ends of new streets",
+        "DEAD_ENDS_LEFT": "Number of dead ends of new streets, without those at the site's edge",
         "LEFT_OUT": "Number of streets that had no room",
         "SECONDS": "Time of the run (s)",
     }
@@ -106,6 +110,7 @@ class GrowStreets(Tool):
 
     def compute(self, request: Request, progress: FeedbackProgress) -> Result:
         """Prepare the ground, let the streets grow, and collect the layers."""
+        from ...algorithms.growth.grammars.check import grammar_remarks
         from ...algorithms.growth.grow import grow
         from ...algorithms.growth.layers import growth_layers
         from ...algorithms.growth.layers.prune import without_dead_ends
@@ -113,6 +118,8 @@ class GrowStreets(Tool):
 
         begun = time.monotonic()
         rules = growthinputs.rules_of(request)
+        for remark in grammar_remarks(rules.grammar):
+            progress.warn(remark)
         real, crs = _ground(request, rules.grammar, progress.part(0.0, 0.2))
         if real.ground.domain is None and not any(request.has(key) for key in LIMITS):
             progress.warn(
@@ -164,10 +171,16 @@ def _ground(
         "progress": making,
     }
     if request.has("INPUT"):
-        prepared = siteinputs.prepared_sites(request, reading)
+        prepared = siteinputs.prepared_sites(request, reading, no_roads=NO_ROADS)
         edges = {"edge": request.word("EDGE"), "obstacle_edge": request.word("OBSTACLE_EDGE")}
-        real = ground.ground_of_sites(prepared.sites, grammar, **edges, **asked)
-        problems = _joined(_told_anew(prepared.problems), real.problems)
+        # what of these is outside of the sites, or no street, holds streets back
+        barred = {
+            "roads": request.frame("ROADS", reading),
+            "obstacles": request.frame("OBSTACLES", reading),
+            "obstacle_layer": request.name("OBSTACLES"),
+        }
+        real = ground.ground_of_sites(prepared.sites, grammar, **barred, **edges, **asked)
+        problems = joined(without_frontage(prepared.problems, WITHOUT_ROADS, "info"), real.problems)
         return dataclasses.replace(real, problems=problems), request.crs("INPUT")
     roads = request.frame("ROADS", reading)
     if roads is not None:
@@ -179,27 +192,6 @@ def _ground(
     crs = growthinputs.crs_of(request)
     way = growthinputs.direction_of(request)
     return ground.open_ground(grammar, crs_text(crs), direction=way), crs
-
-
-def _told_anew(problems: Any) -> Any:
-    """Return problems of sites as they are here, where streets need no road along the edge."""
-    from ...algorithms.site.prepare import NO_FRONTAGE
-
-    bare = problems["action"].astype(str).str.startswith(NO_FRONTAGE)
-    told = problems.copy()
-    told.loc[bare, "action"] = (
-        "no matter: streets begin where a road arrives, else in the middle of the site"
-    )
-    told.loc[bare, "severity"] = "info"
-    return told
-
-
-def _joined(*layers: Any) -> Any:
-    """Return problem layers as one."""
-    import pandas
-
-    full = [layer for layer in layers if len(layer)]
-    return pandas.concat(full, ignore_index=True) if full else layers[0]
 
 
 def _figures(found: Any, rules: Any, growth: Any, real: Any) -> dict[str, Any]:

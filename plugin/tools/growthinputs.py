@@ -35,8 +35,8 @@ EDGES = {
 }
 DEAD_ENDS = {
     "keep": "they stay, as culs-de-sac",
-    "remove": "streets that lead nowhere are taken away again, but not those that end at the "
-    "edge of the site",
+    "remove": "streets that lead nowhere, or to an obstacle or a motorway, are taken away again, "
+    "but not those that end at the edge of the site",
 }
 #: North in degrees from east, counter-clockwise.
 _NORTH = 90.0

@@ -41,7 +41,7 @@ class InstallDependencies(Tool):
         paragraphs=(
             "They go into a folder of their own in the QGIS profile. What QGIS has stays as it "
             "is: its own numpy, scipy, pandas and matplotlib are used and never replaced. About "
-            "120 MB are downloaded, which take 380 MB on the disk; the index and the proxy are "
+            "150 MB are downloaded, which take 430 MB on the disk; the index and the proxy are "
             "those of pip's settings and of QGIS.",
             "Without a network: fill a folder of wheels on another computer with the same system "
             "and Python (pip download --only-binary=:all: -r requirements.txt numpy==VERSION; the "

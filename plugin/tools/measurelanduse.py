@@ -135,7 +135,9 @@ class MeasureLandUse(Tool):
         )
         progress.info(what)
         if len(report.problems):
-            progress.warn(f"{len(report.problems)} entries in the layer of problems.")
+            count = len(report.problems)
+            entries = "1 entry" if count == 1 else f"{count} entries"
+            progress.warn(f"The layer of problems has {entries}.")
         return Result(
             crs=request.crs("INPUT"),
             layers={"OUTPUT": report.table, "PROBLEMS": report.problems},

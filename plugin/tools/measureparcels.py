@@ -228,4 +228,6 @@ def _tell(report: Any, ideal: Any, progress: FeedbackProgress) -> None:
             "a design."
         )
     if len(report.problems):
-        progress.warn(f"{len(report.problems)} entries in the layer of problems.")
+        count = len(report.problems)
+        entries = "1 entry" if count == 1 else f"{count} entries"
+        progress.warn(f"The layer of problems has {entries}.")

@@ -107,6 +107,14 @@ class OptimiseLayout(Tool):
             "line",
             optional=True,
         )
+        yield parameters.layer(
+            "OBSTACLES",
+            "Obstacles",
+            "Polygons that stay free of streets and parcels, such as buildings to keep, water or "
+            "trees.",
+            "polygon",
+            optional=True,
+        )
         for key, text, usual in (
             ("PARCEL_WIDTH", "width", USUAL[0]),
             ("PARCEL_DEPTH", "depth", USUAL[1]),
@@ -145,7 +153,9 @@ class OptimiseLayout(Tool):
         begun = time.monotonic()
         frames = {
             key: request.frame(key, progress.part(0.03 * at, 0.03 * (at + 1)))
-            for at, key in enumerate(("INPUT_STREETS", "INPUT_PARCELS", "SITE", "ROADS"))
+            for at, key in enumerate(
+                ("INPUT_STREETS", "INPUT_PARCELS", "SITE", "ROADS", "OBSTACLES")
+            )
         }
         self._say_what_is_missing(request, frames)
         rules = self._rules(request, frames["INPUT_PARCELS"], progress)
@@ -164,6 +174,8 @@ class OptimiseLayout(Tool):
                 parcel_layer=request.name("INPUT_PARCELS"),
                 site_layer=request.name("SITE"),
                 road_layer=request.name("ROADS"),
+                obstacles=frames["OBSTACLES"],
+                obstacle_layer=request.name("OBSTACLES"),
             ),
             rules,
             seed=request.integer("SEED"),

@@ -96,8 +96,16 @@ def snapping(*, advanced: bool) -> Iterator[QgsProcessingParameterDefinition]:
     )
 
 
-def prepared_sites(request: Request, progress: FeedbackProgress, key: str = "INPUT") -> Any:
+def prepared_sites(
+    request: Request,
+    progress: FeedbackProgress,
+    key: str = "INPUT",
+    *,
+    no_roads: str = "the whole outer edge of each site counts as a street",
+) -> Any:
     """Read the layers above and return the `PreparedSites` of the library.
+
+    Without roads it tells what that means: `no_roads`.
 
     Raises
     ------
@@ -117,11 +125,10 @@ def prepared_sites(request: Request, progress: FeedbackProgress, key: str = "INP
     }
     if request.declares("ROADS") and request.has("ROADS") and given["ROADS"] is None:
         progress.warn(
-            f"{request.name('ROADS')}: the layer of roads is empty, so the whole outer edge of "
-            "each site counts as a street. See whether it is the right layer, and whether its "
-            "source has data here."
+            f"{request.name('ROADS')}: the layer of roads is empty, so {no_roads}. See whether it "
+            "is the right layer, and whether its source has data here."
         )
-    options: dict[str, Any] = {}
+    options: dict[str, Any] = {"without_roads": f"No road layer is given: {no_roads}."}
     if request.declares("SNAP_DISTANCE"):
         options["snap_distance"] = request.number("SNAP_DISTANCE")
         options["inner_roads"] = request.word("INNER_ROADS")

@@ -17,6 +17,7 @@ from ..record import to_json
 from ..request import Request
 from ..tool import Tool
 from . import parcelinputs, siteinputs, splitinputs, templateinputs
+from .collect import joined
 
 
 class SplitSite(Tool):
@@ -120,6 +121,7 @@ class SplitSite(Tool):
         source = prepared.sites[0].source_crs
         found = site_layers(kept, source, turning=split.turning_radius)
         table = site_layers(done, source)["variations"] if made > 1 else found["variations"]
+        _tell(table, progress)
         found |= self._why(request, done, rules, split, elements, progress.part(0.97, 1.0))
         return Result(
             crs=request.crs("INPUT"),
@@ -127,7 +129,7 @@ class SplitSite(Tool):
                 "STREETS": found["streets"],
                 "PARCELS": found["parcels"],
                 "BLOCKS": found["parcel_blocks"],
-                "PROBLEMS": _joined(prepared.problems, found["problems"]),
+                "PROBLEMS": joined(prepared.problems, found["problems"]),
                 "VARIATION_TABLE": table,
                 "CROSS_FIELD": found.get("cross_field"),
                 "CANDIDATES": found.get("candidates"),
@@ -188,6 +190,22 @@ class SplitSite(Tool):
         return of_site
 
 
+def _tell(table: Any, progress: FeedbackProgress) -> None:
+    """Tell how each variation came out, the best first."""
+    for row in table.itertuples():
+        progress.info(
+            f"Variation {row.variation}: {row.parcels} parcels, p_angle {row.p_angle:.1f}, "
+            f"{row.undesirable_pct:.1f} % undesirable, {row.green_pct:.1f} % green, "
+            f"{row.street_pct:.1f} % streets, score {row.score:.1f}."
+        )
+    if not table["parcels"].any():
+        progress.warn(
+            "No parcel fits. The site may be smaller than a parcel, or no road runs along its "
+            "edge: see the layer of problems, give smaller parcels, a larger snap distance, or "
+            "no layer of roads, so that the whole edge counts as a street."
+        )
+
+
 def _figures(best: Any) -> dict[str, float]:
     """Return the numbers of a row of the table of variations."""
     return {
@@ -200,11 +218,3 @@ def _figures(best: Any) -> dict[str, float]:
         "STREET_LENGTH": float(best["street_m"]),
         "SCORE": float(best["score"]),
     }
-
-
-def _joined(*layers: Any) -> Any:
-    """Return problem layers as one."""
-    import pandas
-
-    full = [layer for layer in layers if len(layer)]
-    return pandas.concat(full, ignore_index=True) if full else layers[0]

@@ -14,6 +14,8 @@ from house import ROOT, SHIPPED, place, python_files, shipped_files, tree
 
 #: Which other rooms each room of `algorithms` may import. Errors and progress are everyone's.
 MAY_IMPORT = {
+    # Programs of any room: it knows solvers and nothing else.
+    "mip": set(),
     "site": set(),
     "mesh": {"site"},
     "network": {"site", "mesh"},
@@ -25,13 +27,18 @@ MAY_IMPORT = {
     # Both measure by pure functions of geometry there what they make.
     "growth": {"site", "measure"},
     "parcels": {"site", "measure"},
+    "buildings": {"site", "measure", "parcels"},
 }
-COMMON = {"errors", "levels", "progress"}
+COMMON = {"errors", "levels", "mip", "progress"}
 #: The same for the rooms inside `network`, those on the left first; files beside them that only
 #: say what is asked (`problem`, `structure`...) are everyone's.
 NETWORK = ("oneway", "cuts", "cp", "requirements", "mip", "bounds", "checks", "search", "why")
 #: For those inside `growth`,
 GROWTH = ("grammars", "land", "grow", "layers")
+#: for those inside `buildings`,
+BUILDINGS = (
+    "tables", "sun", "corridors", "lines", "paths", "place", "details", "layers", "export",
+)  # fmt: skip
 #: and for those inside `parcels`.
 PARCELS = (
     "templates",
@@ -47,8 +54,8 @@ PARCELS = (
 )
 #: Packages that the library may use; they are declared in pyproject.toml.
 DECLARED = {
-    "geopandas", "highspy", "networkx", "numpy", "ortools", "pandas", "pulp", "pyproj", "scipy",
-    "shapely",
+    "geopandas", "highspy", "networkx", "numpy", "ortools", "pandas", "pulp", "pvlib", "pyproj",
+    "scipy", "shapely",
 }  # fmt: skip
 #: Packages that the library may use where they happen to be installed.
 OPTIONAL = {"gmsh", "osmium", "osmnx", "requests"}
@@ -134,7 +141,13 @@ def test_rooms_import_only_leftwards():
 
 
 @pytest.mark.parametrize(
-    ("name", "order"), [("network", NETWORK), ("growth", GROWTH), ("parcels", PARCELS)]
+    ("name", "order"),
+    [
+        ("network", NETWORK),
+        ("growth", GROWTH),
+        ("parcels", PARCELS),
+        ("buildings", BUILDINGS),
+    ],
 )
 def test_rooms_inside_a_room_import_only_leftwards(name, order):
     folder = ROOT / "algorithms" / name

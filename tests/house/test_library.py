@@ -96,10 +96,13 @@ def test_pip_builds_the_library_without_the_plugin(tmp_path):
         f"platwright/{p.relative_to(ROOT / 'algorithms')}" for p in python_files("algorithms")
     }
     grammars = (ROOT / "algorithms" / "growth" / "grammars").glob("*.json")
+    tables = (ROOT / "algorithms" / "buildings" / "tables").glob("*.csv")
     data = {
         "platwright/py.typed",
         "platwright/parcels/templates/library.gpkg",
+        "platwright/buildings/corridors/samples.json",
         *(f"platwright/growth/grammars/{path.name}" for path in grammars),
+        *(f"platwright/buildings/tables/{path.name}" for path in tables),
     }
     assert code == expected | data
     assert any(n.endswith("licenses/LICENSE") for n in names)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+import pytest
 from qgis.core import (
     QgsApplication,
     QgsFeature,
@@ -122,6 +124,21 @@ class Toolbox:
                 # The layer must outlive the context.
                 layers[output.name()] = context.takeResultLayer(layer.id()) or layer
         return Run(results, layers, said, context)
+
+
+def complaints_of(name: str) -> Callable[..., str]:
+    """Return what runs a tool that must refuse or stop, and returns what it then says."""
+
+    def complaint(toolbox: Toolbox, **parameters: Any) -> str:
+        with pytest.raises((RefusedError, FailedError)) as caught:
+            toolbox.run(name, **parameters)
+        text = str(caught.value)
+        assert text.rstrip().endswith((".", ")"))
+        for stray in ("Traceback", 'File "', "something went wrong", "NoneType", "Error:"):
+            assert stray not in text
+        return text
+
+    return complaint
 
 
 def layer(

@@ -208,11 +208,11 @@ def test_every_style_fits_its_layer(package, provider):
     from qgis.core import QgsExpression, QgsVectorLayer
 
     styles, fields = package("plugin.styles"), package("plugin.fields")
-    modules = ("plugin.parcel_fields", "plugin.growth_fields", "plugin.street_fields")
-    every = dict(vars(fields))
+    modules = tuple(f"plugin.{own}_fields" for own in ("building", "growth", "parcel", "street"))
+    every = list(vars(fields).values())
     for name in modules:
-        every |= vars(package(name))
-    kinds = [k for k in every.values() if isinstance(k, fields.LayerKind)]
+        every += vars(package(name)).values()
+    kinds = [k for k in every if isinstance(k, fields.LayerKind)]
     tables = [k for k in kinds if not k.style]
     assert all(k.geometry == "NoGeometry" for k in tables)
     kinds = [k for k in kinds if k.style]

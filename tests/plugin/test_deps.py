@@ -48,7 +48,7 @@ def test_the_library_asks_pip_for_the_same(package, root):
     text = (root / "pyproject.toml").read_text("utf-8")
     block = re.search(r"^dependencies = \[(.*?)\]", text, re.DOTALL | re.MULTILINE).group(1)
     asked = set(re.findall(r'"([^"]+)"', block))
-    for name in (*guard.LAYERS, *guard.SOLVERS, "ortools"):
+    for name in (*guard.LAYERS, *guard.SOLVERS, *guard.SUN, "ortools"):
         assert guard.PACKAGES[name].requirement in asked
 
 

@@ -17,7 +17,7 @@ MOST = 60_000
 DRAWN = {
     "osmboundary", "osmlayers", "preparesite", "candidatemesh", "designstreets", "smoothstreets",
     "validatenetwork", "parcelblocks", "splitsite", "optimiselayout", "resplitlayout",
-    "growstreets", "measurestreets",
+    "growstreets", "measurestreets", "layoutresidential",
 }  # fmt: skip
 #: Grounds of QGIS's light and dark themes.
 GROUNDS = ("#ffffff", "#efefef", "#323232", "#2b2b2b")
@@ -70,11 +70,12 @@ def test_every_length_area_and_speed_has_a_unit(tools, package):
     assert units["area_ha"] == "ha"
     assert units["speed_kmh"] == "km/h"
     assert (units["p_angle"], units["p_similarity"]) == ("degrees", "m")
+    assert (units["sun_hours"], units["facing_deg"]) == ("h", "degrees")
     # What has none is a pure number, or has its unit in a field of its own.
     assert {name for name, unit in units.items() if not unit} <= {
         "scaled_jacobian", "levels", "p_area", "p_ideal", "bin_from", "bin_to",
         "score", "quality", "div", "db", "ds", "ct", "compactness", "sinuosity", "betweenness",
-            "closeness",
+        "closeness", "far", "density",
     }  # fmt: skip
 
 

@@ -24,6 +24,7 @@ qgis_process = binary.qgis_process
 
 NAMES = (
     "comparedesigns", "growstreetsandparcels", "parcelstodesign", "placetodesign",
+    "residentialzone",
     "streetsandparcels",
 )  # fmt: skip
 #: What saved settings and other models may depend on.
@@ -55,6 +56,14 @@ KEYS = {
         "SNAP_DISTANCE", "site:SITE", "site:PROBLEMS", "streets:STREETS", "streets:NODES",
         "streets:PROBLEMS", "parcels:PARCELS", "parcels:BLOCKS", "parcels:STREET_SPACE",
         "parcels:PROBLEMS", "measures:HISTOGRAM",
+    },
+    "residentialzone": {
+        "INPUT", "ROADS", "OBSTACLES", "BLOCK_WIDTH", "BLOCK_LENGTH", "TYPE_SET", "PATTERN", "FAR",
+        "SUN_COEFFICIENT", "BUILDING_TYPES", "DENSITY", "GREEN_RATIO", "SUN_HOURS",
+        "PATH_PATTERN", "METHOD", "SEED", "SNAP_DISTANCE", "site:SITE", "site:PROBLEMS",
+        "streets:STREETS", "streets:PROBLEMS", "zone:BUILDINGS", "zone:SHADOWS", "zone:PATHS",
+        "zone:PARKING_BAYS", "zone:GREEN", "zone:TREES", "zone:PATCHES_USED",
+        "zone:CORRIDORS_USED", "zone:PROBLEMS",
     },
     "comparedesigns": {
         "FIRST", "SECOND", "SITE", "ROADS", "OBSTACLES", "BLOCK_WIDTH", "SNAP_DISTANCE",
@@ -129,7 +138,8 @@ def test_only_the_main_layer_must_be_made(model):
     optional = QgsProcessingParameterDefinition.Flag.FlagOptional
     needed = [p.name() for p in model.destinationParameterDefinitions() if not p.flags() & optional]
     assert len(needed) == 1
-    assert needed[0] in ("design:STREETS", "compared:OUTPUT", "parcels:PARCELS")
+    main = ("design:STREETS", "compared:OUTPUT", "parcels:PARCELS", "zone:BUILDINGS")
+    assert needed[0] in main
 
 
 def test_the_files_open_in_the_model_designer(package, toolbox):

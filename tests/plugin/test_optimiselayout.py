@@ -13,12 +13,12 @@ pytestmark = pytest.mark.qgis
 import test_binary as binary  # noqa: E402
 from qgis.core import QgsGeometry, QgsVectorLayer  # noqa: E402
 from support import (  # noqa: E402
-    FailedError,
     Listener,
     RefusedError,
     X,
     Y,
     box,
+    complaints_of,
     layer,
     line,
     roads,
@@ -47,14 +47,7 @@ def area(rows):
     return sum(row["geometry"].area() for row in rows)
 
 
-def complaint(toolbox, **parameters):
-    with pytest.raises((RefusedError, FailedError)) as caught:
-        toolbox.run("optimiselayout", **parameters)
-    text = str(caught.value)
-    assert text.rstrip().endswith((".", ")"))
-    for stray in ("Traceback", 'File "', "something went wrong", "NoneType", "Error:"):
-        assert stray not in text
-    return text
+complaint = complaints_of("optimiselayout")
 
 
 @pytest.fixture(scope="module")
@@ -107,6 +100,16 @@ def test_a_good_layout_stays_as_it_is(toolbox, made):
             assert one == other
         assert run.results["LARGEST_MOVE"] == 0
         assert any("as it was" in text for text in run.said.infos)
+
+
+def test_obstacles_stay_free(toolbox):
+    pond = box(120, 80, 180, 130)
+    run = toolbox.run(
+        "optimiselayout", INPUT_STREETS=streets(), SITE=ground(), OBSTACLES=layer([pond])
+    )
+    whole = QgsGeometry.unaryUnion([row["geometry"] for row in run.rows("PARCELS")])
+    assert whole.intersection(QgsGeometry.fromWkt(pond)).area() < 0.1
+    assert run.results["PARCELS_AFTER"] > 60
 
 
 def test_parcels_alone_keep_their_block(toolbox):
@@ -213,7 +216,11 @@ def test_in_a_process_of_its_own_it_gives_the_same(toolbox, made, monkeypatch):
     assert any("a process of its own" in text for text in there.said.warnings)
     for key in ("STREETS", "PARCELS"):
         for one, other in zip(made.rows(key), there.rows(key)):
-            assert one["geometry"].asWkt(6) == other["geometry"].asWkt(6)
+            # another process sums in another order: the last of 16 digits may differ
+            assert one["geometry"].constGet().nCoordinates() == (
+                other["geometry"].constGet().nCoordinates()
+            )
+            assert one["geometry"].hausdorffDistance(other["geometry"]) < 1e-6
 
 
 def test_in_a_model_behind_designstreets_and_parcelblocks(toolbox):

@@ -16,7 +16,7 @@ from qgis.core import (  # noqa: E402
     QgsProject,
     QgsVectorLayer,
 )
-from support import FailedError, Listener, RefusedError, box, layer, line, site  # noqa: E402
+from support import Listener, box, complaints_of, layer, line, site  # noqa: E402
 
 # Its fixtures serve here, too.
 environment = binary.environment
@@ -67,14 +67,7 @@ def of_block(layout, block):
     return [r["parcel_id"] for r in layout.rows("PARCELS") if r["block_id"] == block]
 
 
-def complaint(toolbox, **parameters):
-    with pytest.raises((RefusedError, FailedError)) as caught:
-        toolbox.run("resplitlayout", **parameters)
-    text = str(caught.value)
-    assert text.rstrip().endswith((".", ")"))
-    for stray in ("Traceback", 'File "', "something went wrong", "NoneType", "Error:"):
-        assert stray not in text
-    return text
+complaint = complaints_of("resplitlayout")
 
 
 def test_a_block_is_cut_anew(toolbox, layout):

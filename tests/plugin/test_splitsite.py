@@ -108,6 +108,20 @@ def test_numbers_tell_of_the_best_variation(made):
     assert row["parcels"] == len(lots)
 
 
+def test_the_log_tells_of_every_variation(several):
+    rows = several.rows("VARIATION_TABLE")
+    lines = [text for text in several.said.infos if text.startswith("Variation ")]
+    assert [text.split(" parcels")[0] for text in lines] == [
+        f"Variation {row['variation']}: {row['parcels']}" for row in rows
+    ]
+
+
+def test_a_site_without_any_parcel_is_told_loudly(toolbox):
+    run = toolbox.run("splitsite", INPUT=layer([box(0, 0, 12, 9)]), **QUICK)
+    assert run.results["PARCEL_COUNT"] == 0
+    assert any("No parcel fits" in text for text in run.said.warnings)
+
+
 def test_variations_lie_on_each_other_and_the_best_is_shown(several, package):
     from qgis.core import QgsRenderContext
 

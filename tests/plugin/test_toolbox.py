@@ -93,6 +93,14 @@ KEYS = {
     "measurelanduse": {
         "INPUT", "USE_FIELD", "STREETS", "BLOCKS", "SITE", "OUTPUT", "PROBLEMS",
     },
+    "layoutresidential": {
+        "INPUT", "ROADS", "CORRIDORS", "TYPE_SET", "BUILDING_TYPES", "PATTERN", "FAR",
+        "SUN_COEFFICIENT", "DENSITY", "GREEN_RATIO", "FAR_LIMIT", "DENSITY_LIMIT", "PARKING",
+        "PATCHES", "FACILITY_PATTERN", "PATH_PATTERN", "FACING", "SUN_HOURS", "SUN_MONTH",
+        "SUN_DAY", "SUN_START", "SUN_END", "SETBACK", "GAP", "GROUP", "PATH_WIDTH",
+        "TREE_SPACING", "OBSTACLES", "SNAP_DISTANCE", "INNER_ROADS", "WIDTH_MAJOR",
+        "WIDTH_COLLECTOR", "WIDTH_LOCAL", "WIDTH_CUL_DE_SAC", "METHOD", "TIME_LIMIT", "SEED",
+    },
     "installdependencies": {
         "ACTION", "CONSENT", "OPENSTREETMAP", "ORTOOLS", "PBF", "WHEELS",
     },
@@ -150,6 +158,13 @@ NUMBERS = {
         "BLOCK_MEAN", "BLOCK_MIN", "STREET_KM_KM2", "INTERSECTIONS_KM2", "DEAD_ENDS_KM2",
         "PARCELS_KM2",
     },
+    "layoutresidential": {
+        "BUILDINGS", "SHADOWS", "PATHS", "CORRIDORS_USED", "PARKING_BAYS", "GREEN", "TREES",
+        "PATCHES_USED", "PROBLEMS", "CITYJSON_FILE", "GLTF_FILE", "FAR_REACHED",
+        "DENSITY_REACHED", "GREEN_REACHED", "RESIDENCE_SHARE", "FACILITY_SHARE", "PATH_SHARE",
+        "PARKING_SHARE", "PARKING_PLACES", "PARKING_PER_DWELLING", "BUILDING_COUNT", "DWELLINGS",
+        "SHADED", "LEAST_SUN", "MEAN_SUN", "MEAN_WAY", "OBJECTIVE", "SECONDS",
+    },
     "installdependencies": {"PACKAGES", "FOLDER"},
 }  # fmt: skip
 UNITS = {
@@ -205,6 +220,7 @@ def test_groups_follow_the_order_of_the_work(provider):
         "measurestreets": "6 Measure",
         "measureparcels": "6 Measure",
         "measurelanduse": "6 Measure",
+        "layoutresidential": "4 Buildings",
         "installdependencies": "9 Set-up",
     }
 
