@@ -138,7 +138,7 @@ def write(painter: QPainter, text: str, where: Any, pixels: int = 10) -> None:
     painter.drawText(painter.window().adjusted(4, 4, -5, -3), int(where), text)
 
 
-def save(image: QImage, target: Path) -> int:
+def save(image: QImage, target: Path, colours: int = COLOURS) -> int:
     """Write a picture with few colours; return its bytes."""
     data = QByteArray()
     buffer = QBuffer(data)
@@ -146,7 +146,7 @@ def save(image: QImage, target: Path) -> int:
     image.save(buffer, "PNG")
     with Image.open(io.BytesIO(bytes(data))) as opened:
         picture = opened.convert("RGB")
-    few = picture.quantize(COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    few = picture.quantize(colours, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
     target.parent.mkdir(parents=True, exist_ok=True)
     few.save(target, optimize=True)
     written = target.stat().st_size
