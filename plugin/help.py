@@ -69,6 +69,7 @@ GROUPS = {
     "streets": "2 Streets",
     "parcels": "3 Parcels",
     "buildings": "4 Buildings",
+    "rooms": "5 Rooms",
     "measure": "6 Measure",
     "setup": "9 Set-up",
     "models": "Models",

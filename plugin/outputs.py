@@ -68,7 +68,7 @@ class Result:
     specification: str = "{}"
     keep: bool = False
     credits: Mapping[str, str] = field(default_factory=dict)
-    files: Mapping[str, str | bytes] = field(default_factory=dict)
+    files: Mapping[str, files.Content] = field(default_factory=dict)
 
 
 def destination_text(request: Request, key: str) -> str:

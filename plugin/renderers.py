@@ -25,6 +25,7 @@ from qgis.PyQt.QtGui import QColor
 from .building_renderers import BUILDING_OTHERS, BUILDING_RENDERERS, BUILDING_TITLES
 from .growth_renderers import GROWTH_OTHERS, GROWTH_RENDERERS, GROWTH_TITLES
 from .parcel_renderers import PARCEL_OTHERS, PARCEL_RENDERERS, PARCEL_TITLES
+from .room_renderers import ROOM_OTHERS, ROOM_RENDERERS, ROOM_TITLES
 from .street_renderers import STREET_OTHERS, STREET_RENDERERS, STREET_TITLES
 from .symbols import GREY, INK, by_value, fill, line, marker
 
@@ -268,6 +269,7 @@ RENDERERS: dict[str, Callable[[], QgsFeatureRenderer]] = {
     **PARCEL_RENDERERS,
     **BUILDING_RENDERERS,
     **GROWTH_RENDERERS,
+    **ROOM_RENDERERS,
     **STREET_RENDERERS,
 }
 
@@ -278,6 +280,7 @@ TITLES = {
     **PARCEL_TITLES,
     **BUILDING_TITLES,
     **GROWTH_TITLES,
+    **ROOM_TITLES,
     **STREET_TITLES,
 }
 #: Further styles that a layer offers: by the name of its first one, their titles and what makes
@@ -288,5 +291,6 @@ OTHERS: dict[str, dict[str, Callable[[QgsVectorLayer], QgsFeatureRenderer]]] = {
     **PARCEL_OTHERS,
     **BUILDING_OTHERS,
     **GROWTH_OTHERS,
+    **ROOM_OTHERS,
     **STREET_OTHERS,
 }

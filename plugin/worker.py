@@ -34,7 +34,7 @@ from qgis.core import (
 from qgis.PyQt.QtCore import QProcess
 
 from ..algorithms.errors import CancelledError, InputError
-from . import bridge, compat, deps, settings
+from . import bridge, compat, deps, files, settings
 from .installer_process import InstallError, environment, find_python, stop, temporary_folder
 from .outputs import Result, Writer
 from .progress import FeedbackProgress
@@ -82,7 +82,6 @@ def compute(tool: Tool, request: Request, progress: FeedbackProgress) -> Result:
     with temporary_folder() as folder:
         progress.stage("Preparing a process of its own", 0.0)
         wanted = {key: "gpkg" for key in tool.layers if request.parameters.get(key) is not None}
-        wanted |= {key: kind.ending for key, kind in tool.files.items() if request.has(key)}
         order = {
             "root": str(_ROOT),
             "package": __name__.rpartition(".plugin.")[0],
@@ -92,13 +91,16 @@ def compute(tool: Tool, request: Request, progress: FeedbackProgress) -> Result:
             "qgis": [str(Path(path).parent) for path in qgis.__path__],
             "prefix": QgsApplication.prefixPath(),
             "parameters": dict(_inputs(tool, request, folder, progress)),
-            "outputs": {key: str(folder / f"{key}.{end}") for key, end in wanted.items()},
+            "outputs": {
+                **{key: str(folder / f"{key}.{end}") for key, end in wanted.items()},
+                **{key: str(folder / path.name) for key, path in _pages(tool, request).items()},
+            },
         }
         (folder / "order.json").write_text(json.dumps(order), encoding="utf-8")
         answer = _Conversation(folder, progress).run()
         if not answer["results"]:
             raise CancelledError
-        return _result(tool, answer["results"], folder)
+        return _result(tool, request, answer["results"], folder)
 
 
 def _inputs(
@@ -302,7 +304,13 @@ def _surroundings() -> dict[str, str]:
     return made
 
 
-def _result(tool: Tool, results: Mapping[str, Any], folder: Path) -> Result:
+def _pages(tool: Tool, request: Request) -> dict[str, Path]:
+    """Return where the files of other kinds are to be written in the end, by key."""
+    found = {key: files.place(request, key) for key in tool.files}
+    return {key: path for key, path in found.items() if path is not None}
+
+
+def _result(tool: Tool, request: Request, results: Mapping[str, Any], folder: Path) -> Result:
     """Return what the process made, its layers read into memory."""
     layers: dict[str, QgsVectorLayer] = {}
     found: dict[str, str] = {}
@@ -316,7 +324,8 @@ def _result(tool: Tool, results: Mapping[str, Any], folder: Path) -> Result:
         found = found or read_record(layer)
         layers[key] = layer.materialize(QgsFeatureRequest())
     numbers = {key: _number(results.get(key)) for key in (*tool.numbers, *tool.texts)}
-    pages = {key: folder / f"{key}.{kind.ending}" for key, kind in tool.files.items()}
+    # a file that others stand beside must have its own name while it is made
+    pages = {key: folder / path.name for key, path in _pages(tool, request).items()}
     return Result(
         crs=crs,
         layers=layers,

@@ -70,6 +70,7 @@ from _help_drawing import (
     streets,
 )
 from _help_growth import growstreets
+from _help_rooms import designgamelevel
 from _help_streets import measurestreets
 
 
@@ -329,9 +330,14 @@ PICTURES: dict[str, Callable[[Axes, Axes], tuple[str, str]]] = {
     "optimiselayout": optimiselayout,
     "resplitlayout": resplitlayout,
     "layoutresidential": layoutresidential,
+    "designgamelevel": designgamelevel,
     "validatenetwork": validatenetwork,
     "measurestreets": measurestreets,
 }
+
+
+#: Pictures of invented ground, with their windows.
+OWN = {"designgamelevel": (-5.0, -41.1, 75.0, 106.0)}
 
 
 def draw(name: str) -> None:
@@ -339,15 +345,16 @@ def draw(name: str) -> None:
     figure, axes = plt.subplots(1, 2, figsize=(WIDTH, HEIGHT), facecolor=PAPER)
     figure.subplots_adjust(left=0.008, right=0.992, bottom=0.055, top=0.925, wspace=0.025)
     titles = PICTURES[name](*axes)
-    west, south, east, north = window(name)
+    west, south, east, north = OWN.get(name) or window(name)
     for ax, title in zip(axes, titles):
         ax.set(xlim=(west, east), ylim=(south, north), xticks=[], yticks=[], facecolor="#ffffff")
         ax.set_aspect("equal")
         ax.set_title(title, fontsize=24, color=INK, pad=9)
         for side in ax.spines.values():
             side.set(color="#c9c4b8", linewidth=1.6)
-    figure.text(0.992, 0.014, "© OpenStreetMap contributors", ha="right", fontsize=17,
-                color="#6b6459")  # fmt: skip
+    if name not in OWN:
+        figure.text(0.992, 0.014, "© OpenStreetMap contributors", ha="right", fontsize=17,
+                    color="#6b6459")  # fmt: skip
     buffer = io.BytesIO()
     figure.savefig(buffer, dpi=DPI, facecolor=PAPER)
     plt.close(figure)

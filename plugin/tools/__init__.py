@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from .candidatemesh import CandidateMesh
+from .designgamelevel import DesignGameLevel
 from .designstreets import DesignStreets
 from .growstreets import GrowStreets
 from .installdependencies import InstallDependencies
@@ -34,6 +35,7 @@ TOOLS = (
     OptimiseLayout,
     ResplitLayout,
     LayoutResidential,
+    DesignGameLevel,
     ValidateNetwork,
     MeasureDesign,
     MeasureStreets,

@@ -22,3 +22,10 @@ def joined(*layers: Any) -> Any:
 
     full = [layer for layer in layers if len(layer)]
     return pandas.concat(full, ignore_index=True) if full else layers[0]
+
+
+def without_places(table: Any) -> Any:
+    """Return a table as features without geometry."""
+    import geopandas
+
+    return geopandas.GeoDataFrame(table, geometry=[None] * len(table))

@@ -28,6 +28,7 @@ MAY_IMPORT = {
     "growth": {"site", "measure"},
     "parcels": {"site", "measure"},
     "buildings": {"site", "measure", "parcels"},
+    "rooms": {"site", "mesh", "network"},
 }
 COMMON = {"errors", "levels", "mip", "progress"}
 #: The same for the rooms inside `network`, those on the left first; files beside them that only
@@ -39,6 +40,8 @@ GROWTH = ("grammars", "land", "grow", "layers")
 BUILDINGS = (
     "tables", "sun", "corridors", "lines", "paths", "place", "details", "layers", "export",
 )  # fmt: skip
+#: for those inside `rooms`,
+ROOMS = ("shapes", "floors", "program", "search", "why", "layers", "levels", "tiled")
 #: and for those inside `parcels`.
 PARCELS = (
     "templates",
@@ -147,6 +150,7 @@ def test_rooms_import_only_leftwards():
         ("growth", GROWTH),
         ("parcels", PARCELS),
         ("buildings", BUILDINGS),
+        ("rooms", ROOMS),
     ],
 )
 def test_rooms_inside_a_room_import_only_leftwards(name, order):

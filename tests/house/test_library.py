@@ -97,12 +97,14 @@ def test_pip_builds_the_library_without_the_plugin(tmp_path):
     }
     grammars = (ROOT / "algorithms" / "growth" / "grammars").glob("*.json")
     tables = (ROOT / "algorithms" / "buildings" / "tables").glob("*.csv")
+    shapes = (ROOT / "algorithms" / "rooms" / "shapes").glob("*.json")
     data = {
         "platwright/py.typed",
         "platwright/parcels/templates/library.gpkg",
         "platwright/buildings/corridors/samples.json",
         *(f"platwright/growth/grammars/{path.name}" for path in grammars),
         *(f"platwright/buildings/tables/{path.name}" for path in tables),
+        *(f"platwright/rooms/shapes/{path.name}" for path in shapes),
     }
     assert code == expected | data
     assert any(n.endswith("licenses/LICENSE") for n in names)

@@ -208,7 +208,8 @@ def test_every_style_fits_its_layer(package, provider):
     from qgis.core import QgsExpression, QgsVectorLayer
 
     styles, fields = package("plugin.styles"), package("plugin.fields")
-    modules = tuple(f"plugin.{own}_fields" for own in ("building", "growth", "parcel", "street"))
+    rooms = ("building", "growth", "parcel", "room", "street")
+    modules = tuple(f"plugin.{own}_fields" for own in rooms)
     every = list(vars(fields).values())
     for name in modules:
         every += vars(package(name)).values()

@@ -18,6 +18,7 @@ DRAWN = {
     "osmboundary", "osmlayers", "preparesite", "candidatemesh", "designstreets", "smoothstreets",
     "validatenetwork", "parcelblocks", "splitsite", "optimiselayout", "resplitlayout",
     "growstreets", "measurestreets", "layoutresidential",
+    "designgamelevel",
 }  # fmt: skip
 #: Grounds of QGIS's light and dark themes.
 GROUNDS = ("#ffffff", "#efefef", "#323232", "#2b2b2b")
@@ -75,7 +76,7 @@ def test_every_length_area_and_speed_has_a_unit(tools, package):
     assert {name for name, unit in units.items() if not unit} <= {
         "scaled_jacobian", "levels", "p_area", "p_ideal", "bin_from", "bin_to",
         "score", "quality", "div", "db", "ds", "ct", "compactness", "sinuosity", "betweenness",
-        "closeness", "far", "density",
+        "closeness", "far", "density", "x", "y",
     }  # fmt: skip
 
 

@@ -101,6 +101,10 @@ KEYS = {
         "TREE_SPACING", "OBSTACLES", "SNAP_DISTANCE", "INNER_ROADS", "WIDTH_MAJOR",
         "WIDTH_COLLECTOR", "WIDTH_LOCAL", "WIDTH_CUL_DE_SAC", "METHOD", "TIME_LIMIT", "SEED",
     },
+    "designgamelevel": {
+        "INPUT", "MODULE", "LEVEL_TYPE", "TEMPLATE_SET", "TEMPLATES", "TEMPLATE_FILE", "SINKS",
+        "OBSTACLES", "TIME_LIMIT", "SEED", "TILES",
+    },
     "installdependencies": {
         "ACTION", "CONSENT", "OPENSTREETMAP", "ORTOOLS", "PBF", "WHEELS",
     },
@@ -165,6 +169,11 @@ NUMBERS = {
         "PARKING_SHARE", "PARKING_PLACES", "PARKING_PER_DWELLING", "BUILDING_COUNT", "DWELLINGS",
         "SHADED", "LEAST_SUN", "MEAN_SUN", "MEAN_WAY", "OBJECTIVE", "SECONDS",
     },
+    "designgamelevel": {
+        "BLOCKS", "ROUTE", "DOORS", "START_GOAL", "ADJACENCY", "PROBLEMS", "TILED_FILE",
+        "BLOCK_COUNT", "DOOR_COUNT", "TREASURES", "ROUTE_LENGTH", "OBJECTIVE", "BOUND", "GAP",
+        "SECONDS",
+    },
     "installdependencies": {"PACKAGES", "FOLDER"},
 }  # fmt: skip
 UNITS = {
@@ -221,6 +230,7 @@ def test_groups_follow_the_order_of_the_work(provider):
         "measureparcels": "6 Measure",
         "measurelanduse": "6 Measure",
         "layoutresidential": "4 Buildings",
+        "designgamelevel": "5 Rooms",
         "installdependencies": "9 Set-up",
     }
 

@@ -103,6 +103,11 @@ class CpNetwork:
         Cost of one unit of a distance label, 0 without any.
     hints
         Called with a design to start from, for the variables of requirements.
+    tail
+        Shape (k,). Decisions that follow the edges in a design, such as rooms; those that are in
+        `further` count as they are solved.
+    further
+        Variable of each open decision of `tail`.
     """
 
     def __init__(
@@ -128,6 +133,8 @@ class CpNetwork:
         self.constant = 0.0
         self.slack: dict[int, Literal] = {}
         self.hints: list[Callable[[BoolArray], None]] = []
+        self.tail: BoolArray = np.zeros(0, dtype=bool)
+        self.further: dict[int, Any] = {}
         self.edge: dict[int, Any] = {e: self.model.new_bool_var("") for e in self.free}
         # the indices of the same variables
         self.number: dict[int, int] = {e: x.index for e, x in self.edge.items()}
@@ -309,6 +316,16 @@ class CpNetwork:
             scale = max(1.0, math.ceil(scale * self.label_cost - 1e-9)) / self.label_cost
         return min(scale, LARGEST / max(1.0, math.fsum(cost * top for _, cost, top in self.costs)))
 
+    def chosen(self, value: Callable[[Any], Any]) -> BoolArray:
+        """Return the design, edges first and `tail` after them, given the value of literals."""
+        design = np.concatenate([self.fixed, self.tail])
+        for e, x in self.edge.items():
+            design[e] = bool(value(x))
+        here = len(self.fixed)
+        for i, x in self.further.items():
+            design[here + i] = bool(value(x))
+        return design
+
     def hint(self, active: BoolArray) -> None:
         """Suggest a design to start from."""
         on: list[bool] = active.tolist()
@@ -317,5 +334,8 @@ class CpNetwork:
         incident = self.index.incident
         touched = (int(any(on[e] for e in incident[v])) for v, _ in open_)
         self.write.suggest((i for _, i in open_), touched)
+        here = len(self.fixed)
+        indices = (x.index for x in self.further.values())
+        self.write.suggest(indices, (int(on[here + i]) for i in self.further))
         for tell in self.hints:
             tell(active)

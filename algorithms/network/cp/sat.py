@@ -29,7 +29,7 @@ class CpResult:
     status
         "optimal", "feasible", "infeasible" or "unknown".
     active
-        Shape (e,). Chosen edges, or None.
+        Shape (e + k,). Chosen edges and what follows them (`CpNetwork.tail`), or None.
     bound
         Proven lower bound of the objective; -inf if there is none.
     effort
@@ -107,31 +107,25 @@ def run_cp(
     _configure(solver, options)
     shift = network.constant
 
-    def chosen(value: Callable[[Any], Any]) -> BoolArray:
-        active = network.fixed.copy()
-        for e, x in network.edge.items():
-            active[e] = bool(value(x))
-        return active
-
     class Watch(cp.CpSolverSolutionCallback):  # type: ignore[misc,name-defined]
         """Hands every solution on."""
 
         def on_solution_callback(self) -> None:
             """Take the solution."""
             if on_solution is not None:
-                on_solution(chosen(self.boolean_value))
+                on_solution(network.chosen(self.boolean_value))
 
     if on_bound is not None:
         tell = on_bound
         solver.best_bound_callback = lambda bound: tell(bound / scale + shift)
-    status = _solve_watched(solver, network.model, Watch(), stop)
+    status = watched(solver, network.model, stop, Watch())
     names = {
         cp.OPTIMAL: "optimal",
         cp.FEASIBLE: "feasible",
         cp.INFEASIBLE: "infeasible",
     }
     name = names.get(status, "unknown")
-    active = chosen(solver.boolean_value) if name in ("optimal", "feasible") else None
+    active = network.chosen(solver.boolean_value) if name in ("optimal", "feasible") else None
     bound = -np.inf if name == "infeasible" else solver.best_objective_bound / scale + shift
     effort = float(solver.response_proto.deterministic_time)
     return CpResult(name, active, float(bound), effort)
@@ -157,8 +151,23 @@ def _configure(solver: Any, options: CpOptions) -> None:
     p.catch_sigint_signal = False
 
 
-def _solve_watched(solver: Any, model: Any, watch: Any, stop: Optional[Callable[[], bool]]) -> Any:
-    """Solve in a thread of its own while the caller's thread asks whether to stop."""
+def watched(solver: Any, model: Any, stop: Optional[Callable[[], bool]], watch: Any = None) -> Any:
+    """Solve in a thread of its own while the caller's thread asks whether to stop.
+
+    Parameters
+    ----------
+    solver, model
+        A `CpSolver` and a `CpModel`.
+    stop
+        Asked about 20 times a second; None for never.
+    watch
+        Told of solutions.
+
+    Returns
+    -------
+    int
+        The status, in CP-SAT's words.
+    """
     if stop is None:
         return solver.solve(model, watch)
     result: list[Any] = []

@@ -63,6 +63,7 @@ def flow_model(
     flow: bool = True,
     exact: bool = True,
     fixed: Optional[dict[int, bool]] = None,
+    further: Optional[Callable[[NetworkModel], None]] = None,
     check: Optional[Callable[[], None]] = None,
 ) -> NetworkModel:
     """Build the flow model.
@@ -79,6 +80,8 @@ def flow_model(
         See `NetworkModel`; False gives a relaxation where there are requirements.
     fixed
         Edges that are decided already, for instance outside a window.
+    further
+        Adds what else belongs to the model, such as rooms.
     check
         Called often while the model is built; may raise an error to end that.
 
@@ -92,6 +95,8 @@ def flow_model(
     add_rules(model)
     for e, value in (fixed or {}).items():
         linear.row([(model.edge[e], 1.0)], low=float(value), high=float(value))
+    if further is not None:
+        further(model)
     if cuts:
         _add_cuts(model, check)
     if flow:

@@ -12,8 +12,9 @@ and is written as in `model`.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Optional
 
 import numpy as np
 
@@ -36,7 +37,9 @@ class _Halves:
     edge: dict[HalfEdge, int] = field(default_factory=dict)
 
 
-def reference_model(index: Structure) -> NetworkModel:
+def reference_model(
+    index: Structure, further: Optional[Callable[[NetworkModel], None]] = None
+) -> NetworkModel:
     """Build the paper's model.
 
     Its distance term is the sum of the distance values of half-edges, not of vertices, so that
@@ -46,6 +49,8 @@ def reference_model(index: Structure) -> NetworkModel:
     ----------
     index
         The problem.
+    further
+        Adds what else belongs to the model, such as rooms.
 
     Returns
     -------
@@ -76,6 +81,8 @@ def reference_model(index: Structure) -> NetworkModel:
             add_paths(model, requirement)
         else:
             requirement.add_to_mip(model)
+    if further is not None:
+        further(model)
     linear.finish()
     return model
 

@@ -121,6 +121,10 @@ class Windows:
         network.add_requirements()
         return network
 
+    def cut(self, network: CpNetwork, active: BoolArray) -> bool:
+        """Forbid what is wrong with a solution that the model allows; tell whether anything is."""
+        return _cut_islands(network, active)
+
     @staticmethod
     def _touching(table: dict[int, list[int]], keys: Iterable[int], items: list[Any]) -> list[Any]:
         """Return the items that any of the keys touches, in order."""
@@ -145,7 +149,8 @@ def solve_window(
     free
         Edges of the window.
     active
-        Shape (e,). A design; where it breaks hard rules, only at edges of the window.
+        Shape (e,), or longer with what follows the edges (`CpNetwork.tail`). A design; where it
+        breaks hard rules, only at edges of the window.
     options
         How CP-SAT works on it.
     stop
@@ -164,7 +169,7 @@ def solve_window(
     network = windows.network(free, active)
     labels = distances == "exact" and windows.index.with_distance
     if labels:
-        add_window_distances(network, active)
+        add_window_distances(network, active[: len(network.fixed)])
     elif distances != "none" and windows.index.with_distance:
         add_least_distances(network)
     network.hint(active)
@@ -174,7 +179,7 @@ def solve_window(
         effort += result.effort
         if result.active is None or labels:
             return result.active, effort
-        if not _cut_islands(network, result.active):
+        if not windows.cut(network, result.active):
             return result.active, effort
     return None, effort
 

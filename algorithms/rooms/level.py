@@ -1,0 +1,183 @@
+"""From an outline, shapes of blocks and a type to a game level (CND-x section 5.3)."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Optional
+
+import numpy as np
+
+from ..errors import InputError
+from ..mesh.quadmesh import BoolArray, FloatArray, IntArray
+from ..progress import Progress, Silent
+from .design import room_problem, solve_storey
+from .floors import Floor, Remark
+from .rules import LEVEL_TYPES, LevelType, RoomRules
+from .types import RoomPlan, RoomProblem, Template
+
+#: Number of places where the route begins or ends, least and most, by type of level.
+PLACES = {"branching": (1, math.inf), "circular": (1, 1), "linear": (2, 2)}
+
+
+@dataclass(frozen=True, eq=False)
+class LevelDesign:
+    """A level with its plan.
+
+    Attributes
+    ----------
+    floor
+        Outline and mesh, with the sinks as they were used.
+    problem, plan
+        What was asked, and the plan.
+    start, goal
+        Vertices where the route begins and ends; the goal is None where the layers choose it.
+    remarks
+        What was moved or assumed.
+    """
+
+    floor: Floor
+    problem: RoomProblem
+    plan: RoomPlan
+    start: int
+    goal: Optional[int]
+    remarks: tuple[Remark, ...]
+
+
+def design_level(
+    floor: Floor,
+    templates: Sequence[Template],
+    rules: RoomRules,
+    level_type: LevelType = "branching",
+    places: Sequence[tuple[float, float]] = (),
+    progress: Optional[Progress] = None,
+) -> LevelDesign:
+    """Partition a domain into blocks with a route through all of them.
+
+    Parameters
+    ----------
+    floor
+        Outline as a mesh; its own sinks are not used.
+    templates
+        Admissible shapes of blocks.
+    rules
+        Weights and limits; branches and the like follow from the type.
+    level_type
+        "branching", "circular" (one ring through the start) or "linear" (from start to goal).
+    places
+        Where the route begins and ends, metres in the CRS of the floor: the start first. Those
+        that are missing are chosen: the start at the middle, start and goal of a linear level far
+        apart at the border.
+    progress
+        Told of plans, asked for cancellation.
+
+    Raises
+    ------
+    InputError
+        If there are too many places for the type, or no way can begin anywhere.
+    InfeasibleError
+        If there is no level, or none was found in time; see `solve_rooms`.
+    CancelledError
+        If the run was cancelled before there was any plan.
+    """
+    if level_type not in LEVEL_TYPES:
+        raise InputError(
+            f"Unknown type of level '{level_type}'.", f"Give one of {', '.join(LEVEL_TYPES)}."
+        )
+    asked = _rules_of(rules, level_type)
+    bare = room_problem(floor, templates, asked, "level")
+    chosen, remarks = _sinks(floor, bare.network.candidate, level_type, places)
+    sinks = np.zeros(len(floor.sinks), dtype=np.bool_)
+    sinks[chosen] = True
+    network = dataclasses.replace(bare.network, sinks=sinks)
+    problem = dataclasses.replace(bare, network=network)
+    plan = solve_storey(problem, asked, progress or Silent())
+    used = dataclasses.replace(floor, sinks=sinks)
+    goal = chosen[1] if len(chosen) > 1 else None
+    return LevelDesign(used, problem, plan, chosen[0], goal, tuple(remarks))
+
+
+def _rules_of(rules: RoomRules, level_type: LevelType) -> RoomRules:
+    """Return the rules of a type of level; neither turns nor near ways matter in a level."""
+    branches = 0.0 if level_type == "branching" else math.inf
+    ends = 0.0 if level_type == "branching" else math.inf
+    return dataclasses.replace(
+        rules, branches=branches, dead_ends=max(ends, 0.0), too_close=0.0, zigzags=0.0
+    )
+
+
+def _sinks(
+    floor: Floor,
+    candidate: BoolArray,
+    level_type: LevelType,
+    places: Sequence[tuple[float, float]],
+) -> tuple[list[int], list[Remark]]:
+    """Return the vertices of the places, the start first, and what was moved."""
+    least, most = PLACES[level_type]
+    if len(places) > most:
+        raise InputError(
+            f"A {level_type} level has {most:g} of start and goal, and {len(places)} are given.",
+            "Give fewer points, or choose the type 'branching'.",
+        )
+    mesh = floor.mesh
+    ways = np.bincount(mesh.edges[candidate].ravel(), minlength=len(mesh.vertices))
+    # a ring leaves its start by another way than it comes back
+    fit = np.flatnonzero(ways >= (2 if level_type == "circular" else 1))
+    if not len(fit):
+        raise InputError(
+            "No route can begin anywhere.", "Give a larger outline, or take a smaller module."
+        )
+    chosen: list[int] = []
+    remarks: list[Remark] = []
+    for place in places:
+        free = fit[~np.isin(fit, chosen)]
+        if not len(free):
+            break
+        at = _nearest(mesh.vertices, free, np.array(place))
+        chosen.append(at)
+    missing = int(least) - len(chosen)
+    if missing > 0:
+        chosen += _default(floor, fit, level_type, chosen)[:missing]
+        remarks.append(_remark(floor, chosen[-missing:], level_type))
+    return chosen, remarks
+
+
+def _default(
+    floor: Floor, fit: IntArray, level_type: LevelType, chosen: Sequence[int]
+) -> list[int]:
+    """Return vertices for places that were not given: the middle, or far apart at the border."""
+    at = floor.mesh.vertices
+    middle = at.mean(axis=0)
+    if level_type != "linear":
+        return [_nearest(at, fit, middle)]
+    border = fit[floor.mesh.boundary_vertices[fit]]
+    ends = border if len(border) > 1 else fit
+    if chosen:
+        return [_farthest(at, ends, at[chosen[0]])]
+    first = _farthest(at, ends, middle)
+    return [first, _farthest(at, ends, at[first])]
+
+
+def _nearest(at: FloatArray, among: IntArray, place: FloatArray) -> int:
+    """Return the vertex nearest to a place, the first of several."""
+    return int(among[np.argmin(np.round(np.hypot(*(at[among] - place).T), 6))])
+
+
+def _farthest(at: FloatArray, among: IntArray, place: FloatArray) -> int:
+    """Return the vertex farthest from a place, the first of several."""
+    return int(among[np.argmax(np.round(np.hypot(*(at[among] - place).T), 6))])
+
+
+def _remark(floor: Floor, vertices: Sequence[int], level_type: LevelType) -> Remark:
+    """Return what is said of places that were chosen."""
+    from shapely.geometry import MultiPoint
+
+    what = "start and goal" if level_type == "linear" else "start"
+    return Remark(
+        f"No place is given for {what}.",
+        "It was chosen; give a layer of points to choose it yourself.",
+        "info",
+        MultiPoint(floor.mesh.vertices[list(vertices)]),
+    )

@@ -1,0 +1,1 @@
+"""The integer program of rooms: index, CP-SAT rows, linear rows, exact evaluation."""

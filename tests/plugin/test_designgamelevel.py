@@ -1,0 +1,143 @@
+"""Game levels through real QGIS; what is written is judged by QGIS and by a reader of Tiled."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+pytest.importorskip("qgis.core", reason="QGIS is not installed")
+pytestmark = pytest.mark.qgis
+
+from pytiled_parser import parse_map  # noqa: E402
+from qgis.core import QgsGeometry, QgsPointXY  # noqa: E402
+from support import Listener, X, Y, box, complaints_of, layer  # noqa: E402
+
+#: A few seconds are enough for a small level.
+QUICK = {"TIME_LIMIT": 3, "MODULE": 5}
+
+
+def outline(width=50, height=40):
+    return layer([box(0, 0, width, height)], name="castle")
+
+
+def points(*places):
+    geometries = [QgsGeometry.fromPointXY(QgsPointXY(X + x, Y + y)) for x, y in places]
+    return layer(geometries, kind="Point", name="gates")
+
+
+complaint = complaints_of("designgamelevel")
+
+
+@pytest.fixture(scope="module")
+def made(toolbox):
+    return toolbox.run(
+        "designgamelevel", INPUT=outline(), LEVEL_TYPE="linear",
+        SINKS=points((0, 10), (50, 30)), **QUICK,
+    )  # fmt: skip
+
+
+def test_blocks_fill_the_outline_without_overlap(made):
+    rows = made.rows("BLOCKS")
+    assert sum(row["geometry"].area() for row in rows) == pytest.approx(2000.0, rel=1e-6)
+    union = QgsGeometry.unaryUnion([row["geometry"] for row in rows])
+    assert union.area() == pytest.approx(2000.0, rel=1e-6)
+    assert made.results["BLOCK_COUNT"] == len(rows)
+    assert {row["colour"][0] for row in rows} == {"#"}
+
+
+def test_a_linear_route_is_one_line_through_every_block(made):
+    rows, route = made.rows("BLOCKS"), made.rows("ROUTE")
+    for row in rows:
+        inside = row["geometry"].buffer(-0.5, 4)
+        assert any(inside.intersects(own["geometry"]) for own in route)
+    length = sum(own["geometry"].length() for own in route)
+    assert made.results["ROUTE_LENGTH"] == pytest.approx(length, rel=1e-3)
+    assert len(made.rows("DOORS")) == len(rows) - 1
+    assert sorted(row["order"] for row in rows) == list(range(1, len(rows) + 1))
+    assert {row["role"] for row in made.rows("START_GOAL")} == {"start", "goal"}
+
+
+def test_the_table_is_the_graph_of_the_level(made):
+    pairs = {(row["block_a"], row["block_b"]) for row in made.rows("ADJACENCY")}
+    assert len(pairs) == len(made.rows("DOORS"))
+    blocks = {row["block_id"] for row in made.rows("BLOCKS")}
+    assert {block for pair in pairs for block in pair} == blocks
+
+
+@pytest.mark.parametrize("ending", ["tmx", "tmj"])
+def test_the_map_for_tiled_holds_the_same_blocks(toolbox, tmp_path, ending):
+    path = tmp_path / f"the castle & its caves.{ending}"
+    made = toolbox.run("designgamelevel", INPUT=outline(), TILED_FILE=str(path), **QUICK)
+    assert made.results["TILED_FILE"] == str(path)
+    level = parse_map(path)
+    assert {own.name for own in level.layers} >= {"floor", "walls", "doors", "objects"}
+    (objects,) = [own for own in level.layers if own.name == "objects"]
+    kinds = [(own.class_ or "") for own in objects.tiled_objects]
+    assert kinds.count("block") == len(made.rows("BLOCKS"))
+    (tiles,) = level.tilesets.values()
+    assert tiles.image.is_file() or (tmp_path / tiles.image).is_file()
+
+
+def test_what_cannot_be_filled_is_told_with_its_cells(toolbox, tmp_path):
+    file = tmp_path / "shapes.json"
+    file.write_text('{"templates": [{"name": "big", "cells": ["###", "###", "###"]}]}')
+    listener = Listener()
+    begin = time.monotonic()
+    made = toolbox.run(
+        "designgamelevel", listener=listener, INPUT=outline(), TEMPLATE_FILE=str(file), **QUICK
+    )
+    assert time.monotonic() - begin < 20
+    assert made.rows("BLOCKS") == []
+    rows = made.rows("PROBLEMS")
+    assert rows
+    assert {row["severity"] for row in rows} == {"error"}
+    assert any("cells" in row["problem"] for row in rows)
+
+
+def test_several_outlines_are_refused_by_name(toolbox):
+    two = layer([box(0, 0, 40, 40), box(50, 0, 40, 40)], name="keeps")
+    text = complaint(toolbox, INPUT=two, **QUICK)
+    assert "keeps" in text
+    assert "Select one" in text
+
+
+def test_too_many_places_for_a_ring_are_refused(toolbox):
+    text = complaint(
+        toolbox, INPUT=outline(), LEVEL_TYPE="circular", SINKS=points((0, 10), (50, 30)), **QUICK
+    )
+    assert "circular" in text
+    assert "branching" in text
+
+
+def test_shapes_as_layer_and_file_are_refused(toolbox, tmp_path):
+    file = tmp_path / "shapes.json"
+    file.write_text("{}")
+    drawn = layer([box(0, 0, 2, 2)], name="drawn")
+    text = complaint(toolbox, INPUT=outline(), TEMPLATES=drawn, TEMPLATE_FILE=str(file), **QUICK)
+    assert "Leave one" in text
+
+
+def test_drawn_shapes_are_the_only_ones(toolbox):
+    drawn = layer(
+        [box(200, 0, 2, 2), box(204, 0, 4, 2)], name="drawn",
+        fields="field=name:string(20)", values=[["square"], ["oblong"]],
+    )  # fmt: skip
+    made = toolbox.run("designgamelevel", INPUT=outline(), TEMPLATES=drawn, **QUICK)
+    assert {row["template"] for row in made.rows("BLOCKS")} <= {"square", "oblong"}
+
+
+def test_a_cancelled_run_keeps_the_best_level(toolbox):
+    listener = Listener(cancel_at="Best design")
+    begin = time.monotonic()
+    made = toolbox.run(
+        "designgamelevel", listener=listener, INPUT=outline(100, 80), MODULE=5, TIME_LIMIT=60
+    )
+    assert time.monotonic() - begin < 40
+    assert made.rows("BLOCKS")
+
+
+def test_shipped_sets_are_those_of_the_library(package):
+    from platwright.rooms.shapes import template_sets
+
+    assert set(package("plugin.tools.roominputs").SETS) == set(template_sets())

@@ -1,0 +1,1 @@
+"""Tests of floor plans and game levels."""
