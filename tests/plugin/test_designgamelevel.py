@@ -79,6 +79,15 @@ def test_the_map_for_tiled_holds_the_same_blocks(toolbox, tmp_path, ending):
     assert tiles.image.is_file() or (tmp_path / tiles.image).is_file()
 
 
+def test_a_process_of_its_own_writes_the_same_files(toolbox, tmp_path, monkeypatch):
+    monkeypatch.setenv("PLATWRIGHT_WORKER", "always")
+    path = tmp_path / "cave.tmj"
+    made = toolbox.run("designgamelevel", INPUT=outline(), TILED_FILE=str(path), **QUICK)
+    assert made.rows("BLOCKS")
+    assert {own.name for own in tmp_path.iterdir()} == {"cave.tmj", "cave_tiles.png"}
+    assert {own.name for own in parse_map(path).layers} >= {"floor", "walls"}
+
+
 def test_what_cannot_be_filled_is_told_with_its_cells(toolbox, tmp_path):
     file = tmp_path / "shapes.json"
     file.write_text('{"templates": [{"name": "big", "cells": ["###", "###", "###"]}]}')
