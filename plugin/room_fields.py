@@ -1,4 +1,4 @@
-"""The layers of game levels; see `fields`."""
+"""The layers of floor plans and game levels; see `fields`."""
 
 from __future__ import annotations
 
@@ -72,4 +72,97 @@ ADJACENCY = LayerKind(
         Field("y", "number", "the same, upwards"),
     ),
     "",
+)
+_ROOM = Field("room_id", "integer", "number of the room, from 1")
+_STOREY = Field("floor", "integer", "number of the storey")
+_WAY = Field("distance_m", "number", "way to the nearest exit along corridors, in metres")
+_FOOTPRINT = Field("footprint_id", "integer", "number of the building, from 1")
+ROOMS = LayerKind(
+    "rooms",
+    "Rooms",
+    "Polygon",
+    (
+        _ROOM,
+        _FOOTPRINT,
+        _STOREY,
+        Field("template", "text", "name of its shape"),
+        Field("use", "text", "what its shape is for, where it says so"),
+        Field("colour", "text", "colour of its shape, as #rrggbb"),
+        Field("count_index", "integer", "number among the rooms of its shape on the storey"),
+        Field("area_m2", "number", "area without corridors, in square metres"),
+        Field("net_width_m", "number", "diameter of the largest circle in it, in metres"),
+        _WAY,
+        Field("door_side", "text", "side of the room that its door is on, such as N or SE"),
+    ),
+    "floor_rooms",
+)
+FLOOR_CORRIDORS = LayerKind(
+    "corridors",
+    "Corridors",
+    "Polygon",
+    (
+        Field("corridor_id", "integer", "number of the corridor, from 1"),
+        _FOOTPRINT,
+        _STOREY,
+        Field("area_m2", "number", "area in square metres"),
+    ),
+    "floor_corridors",
+)
+CORRIDOR_LINES = LayerKind(
+    "corridor_lines",
+    "Corridor lines",
+    "LineString",
+    (
+        Field("line_id", "integer", "number of the piece, from 1"),
+        _FOOTPRINT,
+        _STOREY,
+        Field("corridor_id", "integer", "corridor that it is the middle of"),
+        Field("length_m", "number", "length in metres"),
+        _WAY,
+        Field("from_m", "number", "the same from the first point of the line, in metres"),
+        Field("to_m", "number", "the same from its last point, in metres"),
+        Field("width_m", "number", "width of the corridor in metres"),
+    ),
+    "floor_lines",
+)
+FLOOR_DOORS = LayerKind(
+    "doors",
+    "Doors",
+    "LineString",
+    (
+        Field("door_id", "integer", "number of the door, from 1"),
+        _FOOTPRINT,
+        _STOREY,
+        _ROOM,
+        Field("corridor_id", "integer", "corridor that it opens to"),
+        Field("width_m", "number", "width in metres"),
+        Field("rotation_deg", "number", "into the corridor, in degrees clockwise from north"),
+        _WAY,
+    ),
+    "floor_doors",
+)
+FLOOR_OBSTACLES = LayerKind(
+    "obstacles",
+    "Shafts and obstacles",
+    "Polygon",
+    (
+        Field("obstacle_id", "integer", "number, from 1"),
+        _FOOTPRINT,
+        _STOREY,
+        Field("area_m2", "number", "area in square metres"),
+    ),
+    "floor_obstacles",
+)
+FACES = LayerKind(
+    "faces",
+    "Cells",
+    "Polygon",
+    (
+        Field("face_id", "integer", "number of the cell, from 1"),
+        _FOOTPRINT,
+        _STOREY,
+        Field("room_id", "integer", "room that covers it, -1 for none"),
+        Field("obstacle", "yes/no", "whether an obstacle covers it"),
+    ),
+    "floor_cells",
 )

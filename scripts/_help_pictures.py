@@ -70,7 +70,7 @@ from _help_drawing import (
     streets,
 )
 from _help_growth import growstreets
-from _help_rooms import designgamelevel
+from _help_rooms import designfloor, designgamelevel
 from _help_streets import measurestreets
 
 
@@ -330,6 +330,7 @@ PICTURES: dict[str, Callable[[Axes, Axes], tuple[str, str]]] = {
     "optimiselayout": optimiselayout,
     "resplitlayout": resplitlayout,
     "layoutresidential": layoutresidential,
+    "designfloor": designfloor,
     "designgamelevel": designgamelevel,
     "validatenetwork": validatenetwork,
     "measurestreets": measurestreets,
@@ -337,7 +338,7 @@ PICTURES: dict[str, Callable[[Axes, Axes], tuple[str, str]]] = {
 
 
 #: Pictures of invented ground, with their windows.
-OWN = {"designgamelevel": (-5.0, -41.1, 75.0, 106.0)}
+OWN = dict.fromkeys(("designfloor", "designgamelevel"), (-5.0, -41.1, 75.0, 106.0))
 
 
 def draw(name: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from .candidatemesh import CandidateMesh
+from .designfloor import DesignFloor
 from .designgamelevel import DesignGameLevel
 from .designstreets import DesignStreets
 from .growstreets import GrowStreets
@@ -35,6 +36,7 @@ TOOLS = (
     OptimiseLayout,
     ResplitLayout,
     LayoutResidential,
+    DesignFloor,
     DesignGameLevel,
     ValidateNetwork,
     MeasureDesign,

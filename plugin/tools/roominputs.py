@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,8 @@ from .. import compat, parameters
 from ..progress import FeedbackProgress
 from ..request import Request
 
+#: Widest corridor as a share of the module.
+WIDEST = 0.8
 #: The shipped sets of shapes (`rooms.shapes.template_sets`).
 SETS = {
     "basic": "plain shapes of 2 to 8 squares for any building",
@@ -76,6 +79,131 @@ def search(limit: float) -> Iterator[QgsProcessingParameterDefinition]:
         maximum=2**31 - 1,
         integer=True,
         advanced=True,
+    )
+
+
+#: How ends of corridors that are no exits count (`RoomRules.dead_ends`).
+DEAD_ENDS = {
+    "avoid": ("few: each costs as much as three cells of corridor", 3.0),
+    "allow": ("they cost nothing", 0.0),
+    "forbid": ("none: there are two ways from every room", math.inf),
+}
+
+
+def corridors() -> Iterator[QgsProcessingParameterDefinition]:
+    """Yield what corridors should do."""
+    yield parameters.number(
+        "CORRIDOR_WIDTH",
+        "Corridor width",
+        "Rooms are narrower by half of it where a corridor runs between them, by all of it along "
+        "walls and shafts.",
+        unit="m",
+        default=1.8,
+        minimum=0.3,
+        maximum=50.0,
+    )
+    yield parameters.number(
+        "STOREYS",
+        "Storeys",
+        "Number of storeys, numbered from 0. Empty: those that the field 'floor' of the layers "
+        "names, or one.",
+        minimum=1,
+        maximum=200,
+        integer=True,
+    )
+    yield parameters.choice(
+        "DEAD_ENDS",
+        "Dead ends",
+        "Ends of corridors that are no exits.",
+        {word: text for word, (text, _) in DEAD_ENDS.items()},
+        default="avoid",
+        advanced=True,
+    )
+    yield parameters.flag(
+        "OUTER",
+        "Corridors along outer walls",
+        "Whether corridors may run along outer walls, where they take windows from rooms.",
+        default=False,
+        advanced=True,
+    )
+    yield parameters.flag(
+        "CLOSE",
+        "Corridors one cell apart",
+        "Whether two corridors may run side by side with one row of cells between them.",
+        default=False,
+        advanced=True,
+    )
+    for key, text, what, usual in (
+        ("WEIGHT_LENGTH", "Weight of length", "the length of corridors (lambda L of CND)", 1.0),
+        ("WEIGHT_DISTANCE", "Weight of distance", "ways to the exits (lambda D of CND)", 0.0),
+    ):
+        yield parameters.number(
+            key,
+            text,
+            f"How much {what} should count.",
+            default=usual,
+            minimum=0.0,
+            maximum=1000.0,
+            advanced=True,
+        )
+    yield parameters.layer(
+        "CORRIDORS_GIVEN",
+        "Given corridors",
+        "Lines along which a corridor must run. A field 'floor' says the storey.",
+        "line",
+        optional=True,
+        advanced=True,
+    )
+
+
+def rules_of(request: Request) -> Any:
+    """Return the `RoomRules` that are asked for.
+
+    Raises
+    ------
+    InputError
+        Two of them contradict each other.
+    """
+    from ...algorithms.rooms.rules import RoomRules
+
+    width, module = request.number("CORRIDOR_WIDTH"), request.number("MODULE")
+    if width > WIDEST * module:
+        raise InputError(
+            f"A corridor width of {width:g} m leaves too little of cells of {module:g} m.",
+            f"Give at most {WIDEST * module:.2f} m, or a larger module.",
+        )
+    return RoomRules(
+        weight_length=request.number("WEIGHT_LENGTH"),
+        weight_distance=request.number("WEIGHT_DISTANCE"),
+        dead_ends=DEAD_ENDS[request.word("DEAD_ENDS")][1],
+        too_close=0.0 if request.flag("CLOSE") else math.inf,
+        outer=request.flag("OUTER"),
+        corridor_width=width,
+        time_limit=request.number("TIME_LIMIT"),
+        seed=request.integer("SEED"),
+    )
+
+
+def floors_of(request: Request, progress: FeedbackProgress) -> Any:
+    """Return the storeys of all footprints as meshes."""
+    from ...algorithms.rooms.floors import LayerNames, floors_of
+
+    names = LayerNames(
+        footprints=request.name("INPUT"),
+        sinks=request.name("SINKS"),
+        obstacles=request.name("OBSTACLES"),
+        corridors=request.name("CORRIDORS_GIVEN"),
+    )
+    storeys = request.optional_number("STOREYS")
+    return floors_of(
+        request.frame("INPUT", progress),
+        module=request.number("MODULE"),
+        sinks=request.frame("SINKS", progress),
+        obstacles=request.frame("OBSTACLES", progress),
+        corridors=request.frame("CORRIDORS_GIVEN", progress),
+        storeys=None if storeys is None else int(storeys),
+        names=names,
+        progress=progress,
     )
 
 

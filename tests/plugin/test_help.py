@@ -18,7 +18,7 @@ DRAWN = {
     "osmboundary", "osmlayers", "preparesite", "candidatemesh", "designstreets", "smoothstreets",
     "validatenetwork", "parcelblocks", "splitsite", "optimiselayout", "resplitlayout",
     "growstreets", "measurestreets", "layoutresidential",
-    "designgamelevel",
+    "designfloor", "designgamelevel",
 }  # fmt: skip
 #: Grounds of QGIS's light and dark themes.
 GROUNDS = ("#ffffff", "#efefef", "#323232", "#2b2b2b")

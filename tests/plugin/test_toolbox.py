@@ -101,6 +101,11 @@ KEYS = {
         "TREE_SPACING", "OBSTACLES", "SNAP_DISTANCE", "INNER_ROADS", "WIDTH_MAJOR",
         "WIDTH_COLLECTOR", "WIDTH_LOCAL", "WIDTH_CUL_DE_SAC", "METHOD", "TIME_LIMIT", "SEED",
     },
+    "designfloor": {
+        "INPUT", "MODULE", "TEMPLATE_SET", "TEMPLATES", "TEMPLATE_FILE", "SINKS", "OBSTACLES",
+        "CORRIDOR_WIDTH", "STOREYS", "DEAD_ENDS", "OUTER", "CLOSE", "WEIGHT_LENGTH",
+        "WEIGHT_DISTANCE", "CORRIDORS_GIVEN", "TIME_LIMIT", "SEED",
+    },
     "designgamelevel": {
         "INPUT", "MODULE", "LEVEL_TYPE", "TEMPLATE_SET", "TEMPLATES", "TEMPLATE_FILE", "SINKS",
         "OBSTACLES", "TIME_LIMIT", "SEED", "TILES",
@@ -169,6 +174,11 @@ NUMBERS = {
         "PARKING_SHARE", "PARKING_PLACES", "PARKING_PER_DWELLING", "BUILDING_COUNT", "DWELLINGS",
         "SHADED", "LEAST_SUN", "MEAN_SUN", "MEAN_WAY", "OBJECTIVE", "SECONDS",
     },
+    "designfloor": {
+        "ROOMS", "CORRIDORS", "CORRIDOR_LINES", "DOORS", "SHAFTS", "CELLS", "PROBLEMS",
+        "ROOM_COUNT", "CORRIDOR_SHARE", "NET_TO_GROSS", "CORRIDOR_LENGTH", "MEAN_EGRESS",
+        "MAX_EGRESS", "OBJECTIVE", "BOUND", "GAP", "SECONDS",
+    },
     "designgamelevel": {
         "BLOCKS", "ROUTE", "DOORS", "START_GOAL", "ADJACENCY", "PROBLEMS", "TILED_FILE",
         "BLOCK_COUNT", "DOOR_COUNT", "TREASURES", "ROUTE_LENGTH", "OBJECTIVE", "BOUND", "GAP",
@@ -230,6 +240,7 @@ def test_groups_follow_the_order_of_the_work(provider):
         "measureparcels": "6 Measure",
         "measurelanduse": "6 Measure",
         "layoutresidential": "4 Buildings",
+        "designfloor": "5 Rooms",
         "designgamelevel": "5 Rooms",
         "installdependencies": "9 Set-up",
     }

@@ -1,0 +1,148 @@
+"""Floor plans through real QGIS; geometry is judged by QGIS itself."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+pytest.importorskip("qgis.core", reason="QGIS is not installed")
+pytestmark = pytest.mark.qgis
+
+from qgis.core import QgsGeometry, QgsPointXY  # noqa: E402
+from support import Listener, X, Y, box, complaints_of, layer  # noqa: E402
+
+#: A few seconds are enough for a small floor.
+QUICK = {"TIME_LIMIT": 3, "MODULE": 4, "TEMPLATE_SET": "basic"}
+AREA = 56.0 * 20.0
+
+
+def house(width=56, height=20):
+    return layer([box(0, 0, width, height)], name="house")
+
+
+def points(*places, kind="Point", **more):
+    geometries = [QgsGeometry.fromPointXY(QgsPointXY(X + x, Y + y)) for x, y in places]
+    return layer(geometries, kind=kind, name="doors", **more)
+
+
+def shaft():
+    return layer([box(24, 8, 8, 4)], name="lift")
+
+
+complaint = complaints_of("designfloor")
+
+
+@pytest.fixture(scope="module")
+def made(toolbox):
+    return toolbox.run(
+        "designfloor", INPUT=house(), SINKS=points((28, 0)), OBSTACLES=shaft(), STOREYS=2, **QUICK
+    )
+
+
+def of(rows, storey):
+    return [row for row in rows if row["floor"] == storey]
+
+
+def test_rooms_corridors_and_shafts_cover_each_storey(made):
+    for storey in (0, 1):
+        rows = [
+            row for key in ("ROOMS", "CORRIDORS", "SHAFTS") for row in of(made.rows(key), storey)
+        ]
+        shapes = [row["geometry"] for row in rows]
+        assert sum(shape.area() for shape in shapes) == pytest.approx(AREA, rel=1e-6)
+        assert QgsGeometry.unaryUnion(shapes).area() == pytest.approx(AREA, rel=1e-6)
+        assert all(shape.isGeosValid() for shape in shapes)
+
+
+def test_every_room_has_one_door_at_a_corridor(made):
+    rooms = {row["room_id"]: row["geometry"] for row in made.rows("ROOMS")}
+    corridors = {row["corridor_id"]: row["geometry"] for row in made.rows("CORRIDORS")}
+    doors = made.rows("DOORS")
+    assert sorted(row["room_id"] for row in doors) == sorted(rooms)
+    for row in doors:
+        assert row["geometry"].distance(rooms[row["room_id"]]) < 0.05
+        assert row["geometry"].distance(corridors[row["corridor_id"]]) < 0.05
+        assert row["distance_m"] >= 0.0
+
+
+def test_each_storey_has_one_corridor_that_comes_to_the_exit(made):
+    exit_ = QgsGeometry.fromPointXY(QgsPointXY(X + 28, Y))
+    for storey in (0, 1):
+        rows = of(made.rows("CORRIDORS"), storey)
+        lines = [row["geometry"] for row in of(made.rows("CORRIDOR_LINES"), storey)]
+        assert len(rows) == 1
+        assert min(line.distance(exit_) for line in lines) < 0.5
+        assert QgsGeometry.unaryUnion(lines).area() == 0.0
+
+
+def test_numbers_are_those_of_the_layers(made):
+    rooms, doors = made.rows("ROOMS"), made.rows("DOORS")
+    assert made.results["ROOM_COUNT"] == len(rooms)
+    area = sum(row["geometry"].area() for row in rooms)
+    assert made.results["NET_TO_GROSS"] == pytest.approx(100 * area / (2 * AREA), rel=1e-3)
+    assert made.results["MAX_EGRESS"] == pytest.approx(max(row["distance_m"] for row in doors))
+    length = sum(row["geometry"].length() for row in made.rows("CORRIDOR_LINES"))
+    assert made.results["CORRIDOR_LENGTH"] == pytest.approx(length, rel=1e-3)
+    assert made.results["BOUND"] <= made.results["OBJECTIVE"] + 1e-9
+
+
+def test_the_shaft_is_at_the_same_place_on_each_storey(made):
+    one, other = (of(made.rows("SHAFTS"), storey) for storey in (0, 1))
+    assert [row["geometry"].asWkt(3) for row in one] == [row["geometry"].asWkt(3) for row in other]
+
+
+def test_forbidden_dead_ends_are_none(toolbox):
+    made = toolbox.run("designfloor", INPUT=house(56, 28), DEAD_ENDS="forbid", **QUICK)
+    ends: dict[str, int] = {}
+    for row in made.rows("CORRIDOR_LINES"):
+        line = row["geometry"].asPolyline()
+        for point in (line[0], line[-1]):
+            key = f"{point.x():.2f} {point.y():.2f}"
+            ends[key] = ends.get(key, 0) + 1
+    # the exit alone may be an end
+    assert sum(1 for count in ends.values() if count == 1) <= 1
+
+
+def test_a_floor_without_a_plan_is_told_with_its_cells(toolbox, tmp_path):
+    file = tmp_path / "shapes.json"
+    file.write_text('{"templates": [{"name": "hall", "cells": ["####", "####", "####", "####"]}]}')
+    begin = time.monotonic()
+    made = toolbox.run("designfloor", INPUT=house(), TEMPLATE_FILE=str(file), **QUICK)
+    assert time.monotonic() - begin < 20
+    assert made.rows("ROOMS") == []
+    rows = made.rows("PROBLEMS")
+    assert "error" in {row["severity"] for row in rows}
+
+
+def test_a_corridor_too_wide_for_the_module_is_refused(toolbox):
+    text = complaint(toolbox, INPUT=house(), CORRIDOR_WIDTH=4, **QUICK)
+    assert "3.20 m" in text
+
+
+def test_an_exit_far_from_the_house_is_refused_by_name(toolbox):
+    text = complaint(toolbox, INPUT=house(), SINKS=points((500, 0)), **QUICK)
+    assert "doors" in text
+
+
+def test_a_house_of_one_cell_is_refused(toolbox):
+    text = complaint(toolbox, INPUT=layer([box(0, 0, 3, 3)], name="shed"), **QUICK)
+    assert "shed" in text
+
+
+def test_two_houses_are_numbered(toolbox):
+    two = layer([box(0, 0, 32, 20), box(60, 0, 32, 20)], name="houses")
+    made = toolbox.run("designfloor", INPUT=two, **QUICK)
+    rows = made.rows("ROOMS")
+    assert {row["footprint_id"] for row in rows} == {1, 2}
+    assert len({row["room_id"] for row in rows}) == len(rows)
+
+
+def test_a_cancelled_run_keeps_the_best_plans(toolbox):
+    listener = Listener(cancel_at="Best design")
+    begin = time.monotonic()
+    asked = {**QUICK, "TIME_LIMIT": 60}
+    made = toolbox.run("designfloor", listener=listener, INPUT=house(100, 60), STOREYS=3, **asked)
+    assert time.monotonic() - begin < 40
+    assert {row["floor"] for row in made.rows("ROOMS")} == {0}
+    assert any("Cancelled" in text for text in listener.warnings)
