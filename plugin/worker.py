@@ -93,7 +93,7 @@ def compute(tool: Tool, request: Request, progress: FeedbackProgress) -> Result:
             "parameters": dict(_inputs(tool, request, folder, progress)),
             "outputs": {
                 **{key: str(folder / f"{key}.{end}") for key, end in wanted.items()},
-                **{key: str(folder / path.name) for key, path in _pages(tool, request).items()},
+                **{key: str(path) for key, path in _pages(tool, request, folder).items()},
             },
         }
         (folder / "order.json").write_text(json.dumps(order), encoding="utf-8")
@@ -304,10 +304,18 @@ def _surroundings() -> dict[str, str]:
     return made
 
 
-def _pages(tool: Tool, request: Request) -> dict[str, Path]:
-    """Return where the files of other kinds are to be written in the end, by key."""
-    found = {key: files.place(request, key) for key in tool.files}
-    return {key: path for key, path in found.items() if path is not None}
+def _pages(tool: Tool, request: Request, folder: Path) -> dict[str, Path]:
+    """Return where the files of other kinds are made, by key.
+
+    One that others stand beside has its own name there already, since it names them.
+    """
+    found = {}
+    for key in tool.files:
+        path = files.place(request, key)
+        if path is not None:
+            (folder / key).mkdir(exist_ok=True)
+            found[key] = folder / key / path.name
+    return found
 
 
 def _result(tool: Tool, request: Request, results: Mapping[str, Any], folder: Path) -> Result:
@@ -324,8 +332,7 @@ def _result(tool: Tool, request: Request, results: Mapping[str, Any], folder: Pa
         found = found or read_record(layer)
         layers[key] = layer.materialize(QgsFeatureRequest())
     numbers = {key: _number(results.get(key)) for key in (*tool.numbers, *tool.texts)}
-    # a file that others stand beside must have its own name while it is made
-    pages = {key: folder / path.name for key, path in _pages(tool, request).items()}
+    pages = _pages(tool, request, folder)
     return Result(
         crs=crs,
         layers=layers,

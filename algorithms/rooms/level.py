@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..mesh.quadmesh import BoolArray, FloatArray, IntArray
+from ..network.problem import Clause, NetworkProblem, Pattern
 from ..progress import Progress, Silent
 from .design import room_problem, solve_storey
 from .floors import Floor, Remark
@@ -93,7 +95,8 @@ def design_level(
     sinks[chosen] = True
     network = dataclasses.replace(bare.network, sinks=sinks)
     problem = dataclasses.replace(bare, network=network)
-    plan = solve_storey(problem, asked, progress or Silent())
+    strict = dataclasses.replace(bare, network=_route(bare.network, chosen, level_type))
+    plan = solve_storey(strict, asked, progress or Silent())
     used = dataclasses.replace(floor, sinks=sinks)
     goal = chosen[1] if len(chosen) > 1 else None
     return LevelDesign(used, problem, plan, chosen[0], goal, tuple(remarks))
@@ -105,6 +108,35 @@ def _rules_of(rules: RoomRules, level_type: LevelType) -> RoomRules:
     ends = 0.0 if level_type == "branching" else math.inf
     return dataclasses.replace(
         rules, branches=branches, dead_ends=max(ends, 0.0), too_close=0.0, zigzags=0.0
+    )
+
+
+def _route(network: NetworkProblem, chosen: Sequence[int], level_type: str) -> NetworkProblem:
+    """Return the network of a route in one piece from its start, with the ends that are asked for.
+
+    Only the start is a sink, so that all of the route hangs together; several would allow a piece
+    for each. Every place has an edge; the ends of a line have one, a ring has two at its start.
+    """
+    mesh = network.mesh
+    own = [[int(e) for e in fan if network.candidate[e]] for fan in mesh.vertex_edges]
+    sinks = np.zeros(len(network.sinks), dtype=np.bool_)
+    sinks[chosen[0]] = True
+    clauses = [Clause(tuple(own[v]), kind="place") for v in chosen]
+    patterns: list[Pattern] = []
+    if level_type != "branching":
+        most = 1 if level_type == "linear" else 2
+        for v in chosen:
+            sets = itertools.combinations(own[v], most + 1)
+            patterns += [Pattern(edges, (), math.inf, "branch") for edges in sets]
+    if level_type == "linear":
+        # the goal is an end and no sink, so that ends are forbidden one by one
+        for v in sorted(set(range(len(own))).difference(chosen)):
+            for e in own[v]:
+                others = tuple(g for g in own[v] if g != e)
+                patterns.append(Pattern((e,), others, math.inf, "dead end"))
+    ends = 0.0 if level_type == "linear" else network.dead_ends
+    return dataclasses.replace(
+        network, sinks=sinks, clauses=clauses, patterns=patterns, dead_ends=ends
     )
 
 

@@ -7,7 +7,7 @@ from typing import Any, Optional
 
 import numpy as np
 
-from ..errors import CancelledError, InfeasibleError
+from ..errors import CancelledError, InfeasibleError, InputError
 from ..mip.solvers import check_solver
 from ..network.cp import ortools_access
 from ..network.cp.model import cost_grain
@@ -20,7 +20,7 @@ from .program.index import RoomIndex
 from .search.by_mip import solve_by_mip
 from .search.strategy import solve_by_cp
 from .types import RoomPlan, RoomProblem
-from .why import NoPlanError, why_not
+from .why import NoPlanError, Reason, why_not
 
 
 def solve_rooms(
@@ -68,19 +68,25 @@ def solve_rooms(
     InfeasibleError
         If no plan satisfies the hard rules, or none was found in time; the text says why.
     InputError
-        If there is no such solver.
+        If there is no such solver, or the problem has existing edges.
     MissingDependencyError
         If "cpsat" is asked for and OR-Tools is not installed.
     CancelledError
         If the run was cancelled before there was any plan.
     """
     by_cp = _uses_cp(solver)
+    if problem.network.existing.any():
+        raise InputError("Rooms know no existing corridors.", "Require these edges instead.")
+    deadline = Deadline(time_limit, progress)
     rooms = RoomIndex(problem)
     reasons = why_not(rooms, by_cp=by_cp, progress=progress)
+    if progress is not None and progress.cancelled():
+        raise CancelledError(_TOO_EARLY)
     if reasons:
         raise NoPlanError(reasons)
-    deadline = Deadline(time_limit, progress)
     index = structure(problem.network)
+    if index.conflicts:
+        raise NoPlanError([_conflict(index.conflicts)])
     evaluator: Any = RoomEvaluator(rooms)
     run = Incumbent(evaluator, deadline, gap, progress, cost_grain(index))
     run.raise_bound(index.fixed)
@@ -103,6 +109,7 @@ def solve_rooms(
     return _plan(run, rooms)
 
 
+_TOO_EARLY = "The run was cancelled before a first plan was found."
 _IMPOSSIBLE = {
     "floor": (
         "Rooms of these shapes can tile the floor, but no corridors reach all of them under all "
@@ -114,6 +121,14 @@ _IMPOSSIBLE = {
         "them. Choose the type 'branching', other sinks, or more shapes."
     ),
 }
+
+
+def _conflict(conflicts: Sequence[str]) -> Reason:
+    """Return what is said of edges and rules that contradict each other."""
+    return Reason(
+        f"What is asked of corridors cannot be met: {conflicts[0]}.",
+        "Move given corridors to where they lead on to an exit, or allow dead ends.",
+    )
 
 
 def _uses_cp(solver: str) -> bool:
@@ -135,7 +150,7 @@ def _design(rooms: RoomIndex, active: BoolArray, chosen: Sequence[int]) -> BoolA
 def _none_yet(run: Incumbent) -> Exception:
     """Return the error of a run that ends before any plan was found."""
     if run.cancelled():
-        return CancelledError("The run was cancelled before a first plan was found.")
+        return CancelledError(_TOO_EARLY)
     return InfeasibleError(
         f"No plan was found in {run.deadline.elapsed:.0f} s, and none was proven impossible. "
         "Allow more time or more shapes, small ones above all."

@@ -57,7 +57,7 @@ class Template:
 
 @dataclass(frozen=True, eq=False)
 class Placements:
-    """Where rooms may lie on a mesh; r placements, none twice.
+    """Where rooms may lie on a mesh; r placements, none twice for a template.
 
     Attributes
     ----------

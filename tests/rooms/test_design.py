@@ -69,6 +69,50 @@ def test_places_that_are_missing_are_chosen_and_told(hall):
     assert far > 40.0
 
 
+@pytest.mark.parametrize(
+    ("level_type", "places"),
+    [
+        ("linear", [(5.0, 5.0), (35.0, 5.0)]),
+        ("linear", [(5.0, 5.0), (5.0, 15.0)]),
+        ("branching", [(5.0, 5.0), (35.0, 15.0)]),
+        ("circular", [(5.0, 5.0)]),
+    ],
+)
+def test_the_route_is_one_piece_and_comes_to_every_place(level_type, places):
+    # two pieces would be shorter where each place were a way out of its own
+    corner = np.array([500_000.0, 5_000_000.0])
+    shape = [(0, 0), (40, 0), (40, 20), (0, 20)]
+    (floor,) = floors_of(outline(*(corner + p for p in shape)), module=5.0)
+    square = (Template("square", frozenset((i, j) for i in (0, 1) for j in (0, 1))),)
+    rules = RoomRules(time_limit=10.0)
+    level = design_level(floor, square, rules, level_type, [tuple(corner + p) for p in places])
+    graph = nx.Graph(level.problem.network.mesh.edges[level.plan.active].tolist())
+    assert nx.is_connected(graph)
+    used = [level.start] if level.goal is None else [level.start, level.goal]
+    assert set(used) <= set(graph)
+    degrees = {v: graph.degree[v] for v in used}
+    if level_type == "linear":
+        assert set(degrees.values()) == {1}
+    if level_type == "circular":
+        assert set(degrees.values()) == {2}
+    assert faults(level.problem, level.plan, level_type) == []
+
+
+def test_a_share_that_is_met_exactly_is_met():
+    corner = np.array([500_000.0, 5_000_000.0])
+    side = 1 / np.sqrt(3)
+    shape = [(0, 0), (6 * side, 0), (6 * side, 4 * side), (0, 4 * side)]
+    (floor,) = floors_of(outline(*(corner + p for p in shape)), module=side)
+    cells = {"square": (2, 2), "oblong": (4, 2)}
+    shapes = tuple(
+        Template(name, frozenset((i, j) for i in range(a) for j in range(b)), most_share=share)
+        for (name, (a, b)), share in zip(cells.items(), (1 / 3, 2 / 3))
+    )
+    rules = dataclasses.replace(QUICK, dead_ends=0.0, too_close=0.0, outer=True)
+    (made,) = design_floors([floor], shapes, rules)
+    assert made.error is None
+
+
 def test_too_many_places_are_refused(hall):
     places = [(0.0, 0.0), (10.0, 0.0), (20.0, 0.0)]
     with pytest.raises(InputError, match="linear"):

@@ -6,7 +6,7 @@ import math
 from collections import defaultdict
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import Any, Literal, Optional
+from typing import Any, ClassVar, Literal, Optional
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -44,6 +44,8 @@ class Windows:
     index: Structure
     check: Optional[Callable[[], None]] = None
     cuts: list[BallCut] = field(init=False)
+    #: Whether solutions are to be looked at even where labels keep them connected.
+    repairs: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         """Index terms, coverage and cuts by edge and vertex."""
@@ -177,7 +179,7 @@ def solve_window(
     for _ in range(ROUNDS):
         result = run_cp(network, options, stop=stop)
         effort += result.effort
-        if result.active is None or labels:
+        if result.active is None or (labels and not windows.repairs):
             return result.active, effort
         if not windows.cut(network, result.active):
             return result.active, effort

@@ -14,11 +14,14 @@ import numpy as np
 
 from ...network.cp.model import CpNetwork, whole_scale
 from ...network.problem import BoolArray
+from ..types import CountRule, IntArray
 from .index import RoomIndex
 from .parts import touched_by
 
-#: Areas of rooms in counts are rounded to this part of a unit, where they are not whole.
-FINEST_COUNT = 1000
+#: Areas of rooms in counts become multiples of this part of a unit, where they are not whole.
+FINEST_COUNT = 1_000_000
+#: What limits of such sums may be missed by, from rounding alone.
+ROUNDING = 1e-6
 
 
 def add_rooms(network: CpNetwork, index: RoomIndex, faces: Iterable[int], kept: BoolArray) -> None:
@@ -115,12 +118,31 @@ def _add_parts(network: CpNetwork, index: RoomIndex) -> None:
 def _add_counts(network: CpNetwork, index: RoomIndex) -> None:
     """Keep the limits of numbers and areas; rooms that stay count, too."""
     for rule in index.problem.counts:
-        scale = whole_scale(rule.weight.tolist(), FINEST_COUNT)
-        weight = np.round(rule.weight * scale).astype(np.int64)
-        already = int(weight[network.tail].sum())
-        rooms = [(x, int(weight[r])) for r, x in network.further.items() if weight[r]]
-        total = network.expression.weighted_sum([x for x, _ in rooms], [w for _, w in rooms])
-        if math.isfinite(rule.most):
-            network.model.add(total <= math.floor(rule.most * scale) - already)
-        if math.isfinite(rule.least) and rule.least > 0:
-            network.model.add(total >= math.ceil(rule.least * scale) - already)
+        for weight, low, high in whole_limits(rule):
+            already = int(weight[network.tail].sum())
+            rooms = [(x, int(weight[r])) for r, x in network.further.items() if weight[r]]
+            total = network.expression.weighted_sum([x for x, _ in rooms], [w for _, w in rooms])
+            if low is not None:
+                network.model.add(total >= low - already)
+            if high is not None:
+                network.model.add(total <= high - already)
+
+
+def whole_limits(rule: CountRule) -> list[tuple[IntArray, int | None, int | None]]:
+    """Return a limit in whole numbers, rounded so that no plan that keeps it is lost.
+
+    Returns
+    -------
+    list of tuple
+        Weights, shape (r,), with the least or the largest sum.
+    """
+    scale = whole_scale(rule.weight.tolist(), FINEST_COUNT)
+    scaled = rule.weight * scale
+    found: list[tuple[IntArray, int | None, int | None]] = []
+    if math.isfinite(rule.least) and rule.least > 0:
+        up = np.ceil(scaled - ROUNDING).astype(np.int64)
+        found.append((up, math.ceil(rule.least * scale - ROUNDING * scale), None))
+    if math.isfinite(rule.most):
+        down = np.floor(scaled + ROUNDING).astype(np.int64)
+        found.append((down, None, math.floor(rule.most * scale + ROUNDING * scale)))
+    return found

@@ -59,7 +59,7 @@ def whole_network(
 def first_plan(run: Incumbent, index: Structure, rooms: RoomIndex, seed: int) -> bool:
     """Let CP-SAT find any valid plan; return False if it proves that there is none."""
     network = whole_network(index, rooms, ranks=True, check=run.wanted())
-    if not network.costs:
+    if not any(cost > 0 for _, cost, _ in network.costs):
         for x in network.edge.values():
             network.cost(x, 1.0)
     effort = FIRST_EFFORT
@@ -76,6 +76,8 @@ def first_plan(run: Incumbent, index: Structure, rooms: RoomIndex, seed: int) ->
         )
         result = run_cp(network, options, stop=run.enough)
         if result.active is not None and cut_parts(network, rooms, result.active):
+            if run.enough():
+                return True
             continue
         if result.active is not None:
             run.take(result.active)

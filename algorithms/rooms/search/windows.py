@@ -31,6 +31,8 @@ class RoomWindows(Windows):
         Called often while models are built; may raise an error to end that.
     """
 
+    repairs = True
+
     def __init__(
         self,
         structure: Structure,

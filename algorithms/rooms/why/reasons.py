@@ -155,7 +155,14 @@ def _numbers(index: RoomIndex) -> list[Reason]:
     cells = int(problem.floor.sum())
     size = _sizes_of(problem.placements, len(problem.templates))
     needed = sum(t.least * size[i] for i, t in enumerate(problem.templates))
-    found = []
+    found = [
+        Reason(
+            f"{t.least} of '{t.name}' are asked for, and it fits nowhere.",
+            "Allow it to be turned, take a smaller module, or ask for none.",
+        )
+        for i, t in enumerate(problem.templates)
+        if t.least > 0 and not size[i]
+    ]
     if needed > cells:
         found.append(
             Reason(
@@ -196,7 +203,11 @@ def _tilings(index: RoomIndex, by_cp: bool, progress: Optional[Progress]) -> lis
     if ask().status != "infeasible":
         return []
     bare = ask(counts=False)
-    if bare.status != "infeasible":
+    if stop():
+        return []
+    if bare.status == "unknown":
+        return [Reason("The numbers of rooms cannot be kept.", "Loosen them, or add shapes.")]
+    if bare.status == "feasible":
         broken = ask(soft_counts=True)
         words = "; ".join(index.problem.counts[i].text for i in broken.broken)
         return [

@@ -11,10 +11,9 @@ import numpy as np
 
 from ...mip.linear import LinearModel
 from ...mip.solvers import solve_mip
-from ...network.cp.model import whole_scale
 from ...network.cp.ortools_access import cp_model
 from ...network.cp.sat import watched
-from ..program.cp import FINEST_COUNT
+from ..program.cp import whole_limits
 from ..program.index import RoomIndex
 
 
@@ -95,14 +94,10 @@ def _by_cp(
         model.add_exactly_one(row)
     broken: dict[int, Any] = {}
     for i, rule in enumerate(index.problem.counts if counts or soft_counts else ()):
-        scale = whole_scale(rule.weight.tolist(), FINEST_COUNT)
-        weight = np.round(rule.weight * scale).astype(np.int64).tolist()
-        total = cp.LinearExpr.weighted_sum(room, weight)
         rows = []
-        if math.isfinite(rule.most):
-            rows.append(model.add(total <= math.floor(rule.most * scale)))
-        if rule.least > 0:
-            rows.append(model.add(total >= math.ceil(rule.least * scale)))
+        for weight, low, high in whole_limits(rule):
+            total = cp.LinearExpr.weighted_sum(room, weight.tolist())
+            rows.append(model.add(total >= low) if low is not None else model.add(total <= high))
         if soft_counts:
             broken[i] = model.new_bool_var("")
             for row in rows:
