@@ -133,6 +133,11 @@ def corridors() -> Iterator[QgsProcessingParameterDefinition]:
         default=False,
         advanced=True,
     )
+    yield from _wishes()
+
+
+def _wishes() -> Iterator[QgsProcessingParameterDefinition]:
+    """Yield weights, and lines that corridors must follow."""
     for key, text, what, usual in (
         ("WEIGHT_LENGTH", "Weight of length", "the length of corridors (lambda L of CND)", 1.0),
         ("WEIGHT_DISTANCE", "Weight of distance", "ways to the exits (lambda D of CND)", 0.0),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from typing import Any
 
@@ -17,6 +18,8 @@ SHARP = math.radians(300.0)
 """Round an outer angle above this a corner is cut square, since a mitre would be a spike."""
 NOISE = 1e-10
 """Metres; points of an outline this near to a straight line are left out."""
+GRIDS = (2.0**-30, 2.0**-26, 2.0**-23)
+"""Metres; grids on which strips are united where rounding is in the way, the finest first."""
 
 
 def strip_depths(mesh: QuadMesh, room: IntArray, width: float) -> FloatArray:
@@ -69,9 +72,18 @@ def dents(
                 if own >= 0:
                     parts[own] += wedge
     return [
-        shapely.simplify(shapely.intersection(shapely.union_all(own), ground), NOISE)
+        shapely.simplify(shapely.intersection(_united(own), ground), NOISE)
         for own, ground in zip(parts, grounds)
     ]
+
+
+def _united(strips: list[Polygon]) -> Any:
+    """Return the union of strips that meet within rounding, which some unions do not survive."""
+    for grid in (None, *GRIDS):
+        with contextlib.suppress(shapely.errors.GEOSException):
+            return shapely.union_all(strips, grid_size=grid)
+    # a little wider they overlap instead of meeting
+    return shapely.union_all(shapely.buffer(strips, GRIDS[0], join_style="mitre"))
 
 
 def half_edge_line(mesh: QuadMesh, half: int) -> FloatArray:

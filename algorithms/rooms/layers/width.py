@@ -219,7 +219,11 @@ def _arranged(
 
 def _parts(pieces: Any) -> list[Polygon]:
     """Return the connected unions of pieces, the largest first."""
-    parts = shapely.get_parts(shapely.coverage_union_all(pieces)).tolist()
+    merged = shapely.coverage_union_all(pieces)
+    if not shapely.is_valid(merged):
+        # rings that touch themselves: the slower union divides them
+        merged = shapely.union_all(pieces)
+    parts = shapely.get_parts(merged).tolist()
     return sorted(parts, key=lambda part: -float(part.area))
 
 
