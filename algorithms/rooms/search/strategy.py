@@ -18,6 +18,7 @@ from ...network.structure import Structure, structure
 from ..program.cp import add_rooms
 from ..program.index import RoomIndex, covered_problem
 from ..program.parts import cut_parts
+from .passing import passing_bound
 from .windows import RoomSearch, RoomWindows
 
 #: Effort of the first attempt to find any plan, in CP-SAT's deterministic units; later ones take
@@ -117,11 +118,13 @@ def window_search(
 
 
 def bound_beside(run: Incumbent, index: Structure, rooms: RoomIndex, seed: int) -> None:
-    """Prove a bound until the run is finished: that of the coverage that rooms imply first."""
+    """Prove a bound until the run is finished: of tilings and of coverage first."""
 
     def stop() -> bool:
         return run.finished.is_set() or run.deadline.passed()
 
+    if rooms.problem.kind == "level":
+        run.raise_bound(passing_bound(index, rooms, stop, run.wanted_beside()))
     loose = structure(covered_problem(rooms), check=run.wanted_beside())
     run.raise_bound(packing_bound(loose, run.wanted_beside()))
     relaxation = Relaxation(loose, run.wanted_beside())
