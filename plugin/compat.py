@@ -81,6 +81,9 @@ ANY_FIELD = _first(
 METRES_ON_GROUND = _first(
     "Qgis.RenderUnit.MetersInMapUnits", "QgsUnitTypes.RenderUnit.RenderMetersInMapUnits"
 )
+LINE_SYMBOL = _first("Qgis.SymbolType.Line", "QgsSymbol.SymbolType.Line")
+#: Labels stand upright, anywhere inside their polygon.
+LABEL_INSIDE = _first("Qgis.LabelPlacement.Horizontal", "QgsPalLayerSettings.Placement.Horizontal")
 POSITIVE_NUMBER = _first("QgsPropertyDefinition.StandardPropertyTemplate.DoublePositive")
 SKIP_VALIDITY_CHECK = _first(
     "Qgis.ProcessingFeatureSourceFlag.SkipGeometryValidityChecks",

@@ -12,6 +12,7 @@ STEP_X, STEP_Y = 230, 120
 #: The main layer of each model, which is always made.
 MAIN = (
     ("design", "STREETS"), ("compared", "OUTPUT"), ("parcels", "PARCELS"), ("zone", "BUILDINGS"),
+    ("plan", "ROOMS"),
 )  # fmt: skip
 
 

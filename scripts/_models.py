@@ -16,6 +16,7 @@ from typing import Any
 
 from _model_draft import Draft, asked, expression, flags, made, of_tool, value
 from _models_grown import grown_streets_and_parcels
+from _models_rooms import floor_plan
 from _models_zone import residential_zone
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -314,6 +315,7 @@ def drafts() -> list[Draft]:
         streets_and_parcels(),
         grown_streets_and_parcels(),
         residential_zone(),
+        floor_plan(),
         compare_designs(),
     ]
 

@@ -5,13 +5,15 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Optional
 
 import numpy as np
+from shapely.geometry import MultiPoint, Point
 
-from ..errors import InputError
+from ..errors import InfeasibleError, InputError
 from ..mesh.quadmesh import BoolArray, FloatArray, IntArray
 from ..network.problem import Clause, NetworkProblem, Pattern
 from ..progress import Progress, Silent
@@ -19,9 +21,15 @@ from .design import room_problem, solve_storey
 from .floors import Floor, Remark
 from .rules import LEVEL_TYPES, LevelType, RoomRules
 from .types import RoomPlan, RoomProblem, Template
+from .why import NoPlanError
 
 #: Number of places where the route begins or ends, least and most, by type of level.
 PLACES = {"branching": (1, math.inf), "circular": (1, 1), "linear": (2, 2)}
+#: Where no place is given so many are tried one after the other, while less than this share of the
+#: time has gone.
+ATTEMPTS, PATIENCE = 4, 0.5
+#: Places that are moved by more than this many cells are told.
+TOLD = 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,16 +98,31 @@ def design_level(
         )
     asked = _rules_of(rules, level_type)
     bare = room_problem(floor, templates, asked, "level")
-    chosen, remarks = _sinks(floor, bare.network.candidate, level_type, places)
+    progress, begun = progress or Silent(), time.monotonic()
+    told = ""
+    for attempt in range(ATTEMPTS):
+        chosen, remarks = _sinks(floor, bare.network.candidate, level_type, places, attempt)
+        strict = dataclasses.replace(bare, network=_route(bare.network, chosen, level_type))
+        left = asked.time_limit - (time.monotonic() - begun)
+        try:
+            plan = solve_storey(strict, dataclasses.replace(asked, time_limit=left), progress)
+            break
+        except NoPlanError:
+            raise  # whatever the start is
+        except InfeasibleError:
+            # a start that was chosen may itself be what stands in the way
+            short = time.monotonic() - begun > PATIENCE * asked.time_limit
+            if told == str(chosen) or short or not remarks or attempt == ATTEMPTS - 1:
+                raise
+            told = str(chosen)
     sinks = np.zeros(len(floor.sinks), dtype=np.bool_)
     sinks[chosen] = True
     network = dataclasses.replace(bare.network, sinks=sinks)
     problem = dataclasses.replace(bare, network=network)
-    strict = dataclasses.replace(bare, network=_route(bare.network, chosen, level_type))
-    plan = solve_storey(strict, asked, progress or Silent())
     used = dataclasses.replace(floor, sinks=sinks)
     goal = chosen[1] if len(chosen) > 1 else None
-    return LevelDesign(used, problem, plan, chosen[0], goal, tuple(remarks))
+    moved = _moved(floor, chosen, places)
+    return LevelDesign(used, problem, plan, chosen[0], goal, (*remarks, *moved))
 
 
 def _rules_of(rules: RoomRules, level_type: LevelType) -> RoomRules:
@@ -145,12 +168,14 @@ def _sinks(
     candidate: BoolArray,
     level_type: LevelType,
     places: Sequence[tuple[float, float]],
+    attempt: int = 0,
 ) -> tuple[list[int], list[Remark]]:
-    """Return the vertices of the places, the start first, and what was moved."""
+    """Return the vertices of the places, the start first, and what is said of those chosen."""
     least, most = PLACES[level_type]
     if len(places) > most:
+        one = "a start" if most == 1 else "a start and a goal"
         raise InputError(
-            f"A {level_type} level has {most:g} of start and goal, and {len(places)} are given.",
+            f"A {level_type} level has {one} only, and {len(places)} points are given.",
             "Give fewer points, or choose the type 'branching'.",
         )
     mesh = floor.mesh
@@ -171,25 +196,58 @@ def _sinks(
         chosen.append(at)
     missing = int(least) - len(chosen)
     if missing > 0:
-        chosen += _default(floor, fit, level_type, chosen)[:missing]
+        chosen += _default(floor, fit, level_type, chosen, attempt)[:missing]
         remarks.append(_remark(floor, chosen[-missing:], level_type))
     return chosen, remarks
 
 
 def _default(
-    floor: Floor, fit: IntArray, level_type: LevelType, chosen: Sequence[int]
+    floor: Floor, fit: IntArray, level_type: LevelType, chosen: Sequence[int], attempt: int
 ) -> list[int]:
-    """Return vertices for places that were not given: the middle, or far apart at the border."""
+    """Return vertices for places that were not given: the middle, or far apart at the border.
+
+    Later attempts begin elsewhere: the middle of an outline may lie in its court.
+    """
     at = floor.mesh.vertices
     middle = at.mean(axis=0)
     if level_type != "linear":
-        return [_nearest(at, fit, middle)]
+        own = [_nearest(at, fit, middle)]
+        inner = fit[~floor.mesh.boundary_vertices[fit]]
+        for _ in range(attempt):
+            ground = inner if len(inner) else fit
+            own.append(int(ground[np.argmax(_clear(at, ground, own))]))
+        return own[-1:]
     border = fit[floor.mesh.boundary_vertices[fit]]
     ends = border if len(border) > 1 else fit
-    if chosen:
-        return [_farthest(at, ends, at[chosen[0]])]
-    first = _farthest(at, ends, middle)
-    return [first, _farthest(at, ends, at[first])]
+    own = list(chosen) or [_farthest(at, ends, middle)]
+    for _ in range(attempt + 1):
+        own.append(int(ends[np.argmax(_clear(at, ends, own))]))
+    return own[-1:] if chosen else [own[attempt], own[attempt + 1]]
+
+
+def _clear(at: FloatArray, among: IntArray, others: Sequence[int]) -> FloatArray:
+    """Return how far vertices are from the nearest of others, rounded."""
+    away = at[among][:, None] - at[list(others)][None]
+    return np.asarray(np.round(np.hypot(away[..., 0], away[..., 1]).min(axis=1), 6))
+
+
+def _moved(
+    floor: Floor, chosen: Sequence[int], places: Sequence[tuple[float, float]]
+) -> list[Remark]:
+    """Return what is said of places from which the route begins or ends a way off."""
+    found = []
+    for name, v, place in zip(("start", "goal"), chosen, places):
+        away = float(np.hypot(*(floor.mesh.vertices[v] - np.array(place))))
+        if away > TOLD * floor.mesh.edge_length:
+            found.append(
+                Remark(
+                    f"The {name} was moved by {away:.1f} m to where a route can run.",
+                    "Draw the point inside the outline, away from its edge.",
+                    "info",
+                    Point(floor.mesh.vertices[v]),
+                )
+            )
+    return found
 
 
 def _nearest(at: FloatArray, among: IntArray, place: FloatArray) -> int:
@@ -204,8 +262,6 @@ def _farthest(at: FloatArray, among: IntArray, place: FloatArray) -> int:
 
 def _remark(floor: Floor, vertices: Sequence[int], level_type: LevelType) -> Remark:
     """Return what is said of places that were chosen."""
-    from shapely.geometry import MultiPoint
-
     what = "start and goal" if level_type == "linear" else "start"
     return Remark(
         f"No place is given for {what}.",

@@ -26,7 +26,9 @@ def reasons_of(floor: Floor, error: InfeasibleError) -> list[Remark]:
     """
     whole = floor.polygon.representative_point()
     if not isinstance(error, NoPlanError):
-        return [Remark(str(error), "", "error", whole)]
+        # the first sentence is the problem, the others say what to do
+        problem, _, action = str(error).partition(". ")
+        return [Remark(f"{problem.rstrip('.')}.", action, "error", whole)]
     corners = floor.mesh.vertices[floor.mesh.faces]
     found = []
     for reason in error.reasons:

@@ -118,7 +118,8 @@ _IMPOSSIBLE = {
     ),
     "level": (
         "Blocks of these shapes can tile the level, but no route of this type runs through all of "
-        "them. Choose the type 'branching', other sinks, or more shapes."
+        "them. Give another start or goal, another cell size or more shapes; a branching level "
+        "asks least."
     ),
 }
 

@@ -136,6 +136,17 @@ class DesignGameLevel(Tool):
             advanced=True,
         )
 
+    def check(self, request: Request) -> None:
+        """Check the name of the map before any work is done."""
+        path = files.place(request, "TILED_FILE")
+        kind = self.files["TILED_FILE"]
+        endings = [f".{own}" for own in (kind.ending, *kind.others)]
+        if path is not None and path.suffix.lower() not in endings:
+            raise InputError(
+                f"The Tiled map '{path.name}' ends neither in .tmx nor in .tmj.",
+                "Give it one of these endings: .tmx for XML, .tmj for JSON.",
+            )
+
     def compute(self, request: Request, progress: FeedbackProgress) -> Result:
         """Lay the mesh, design the level and collect its layers."""
         from ...algorithms.errors import InfeasibleError
@@ -210,8 +221,10 @@ def _ground(request: Request, progress: FeedbackProgress) -> tuple[Any, list[Any
     )
     if points is None:
         return floor, []
-    moved = points.geometry.to_crs(floor.crs).representative_point()
-    return floor, [(point.x, point.y) for point in moved]
+    moved = points.geometry.to_crs(floor.crs).explode(index_parts=False)
+    return floor, [
+        (point.x, point.y) for point in moved if point is not None and not point.is_empty
+    ]
 
 
 def _design(request: Request, floor: Any, places: list[Any], progress: FeedbackProgress) -> Any:

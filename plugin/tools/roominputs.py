@@ -220,14 +220,20 @@ def templates_of(request: Request, progress: FeedbackProgress) -> Any:
     InputError
         A layer and a file are given, or one of them cannot be used.
     """
-    from ...algorithms.rooms.shapes import drawn_templates, read_templates, shipped_templates
+    from ...algorithms.rooms.shapes import (
+        coloured,
+        drawn_templates,
+        read_templates,
+        shipped_templates,
+    )
 
     if request.has("TEMPLATES") and request.has("TEMPLATE_FILE"):
         raise InputError(
             "Shapes are given as a layer and as a file.", "Leave one of the two empty."
         )
     if request.has("TEMPLATES"):
-        return drawn_templates(request.frame("TEMPLATES", progress), request.name("TEMPLATES"))
+        drawn = drawn_templates(request.frame("TEMPLATES", progress), request.name("TEMPLATES"))
+        return coloured(drawn)
     if request.has("TEMPLATE_FILE"):
-        return read_templates(Path(request.field("TEMPLATE_FILE")))
+        return coloured(read_templates(Path(request.field("TEMPLATE_FILE"))))
     return shipped_templates(request.word("TEMPLATE_SET"))

@@ -150,3 +150,20 @@ def test_shipped_sets_are_those_of_the_library(package):
     from platwright.rooms.shapes import template_sets
 
     assert set(package("plugin.tools.roominputs").SETS) == set(template_sets())
+
+
+def test_another_ending_of_the_map_is_refused_before_any_work(toolbox, tmp_path):
+    said = complaint(toolbox, INPUT=outline(), TILED_FILE=str(tmp_path / "map.json"))
+    assert "map.json" in said
+    assert ".tmj" in said
+
+
+def test_start_and_goal_may_be_one_multipoint(toolbox):
+    both = QgsGeometry.fromMultiPointXY([QgsPointXY(X + 5, Y + 5), QgsPointXY(X + 45, Y + 35)])
+    given = layer([both], kind="MultiPoint", name="gates")
+    made = toolbox.run(
+        "designgamelevel", INPUT=outline(), SINKS=given, LEVEL_TYPE="linear", **QUICK
+    )
+    assert not any("was moved" in row["problem"] for row in made.rows("PROBLEMS"))
+    assert {row["role"] for row in made.rows("START_GOAL")} == {"start", "goal"}
+    assert not any("No place is given" in row["problem"] for row in made.rows("PROBLEMS"))

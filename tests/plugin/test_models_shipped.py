@@ -23,7 +23,7 @@ environment = binary.environment
 qgis_process = binary.qgis_process
 
 NAMES = (
-    "comparedesigns", "growstreetsandparcels", "parcelstodesign", "placetodesign",
+    "comparedesigns", "floorplan", "growstreetsandparcels", "parcelstodesign", "placetodesign",
     "residentialzone",
     "streetsandparcels",
 )  # fmt: skip
@@ -64,6 +64,12 @@ KEYS = {
         "streets:STREETS", "streets:PROBLEMS", "zone:BUILDINGS", "zone:SHADOWS", "zone:PATHS",
         "zone:PARKING_BAYS", "zone:GREEN", "zone:TREES", "zone:PATCHES_USED",
         "zone:CORRIDORS_USED", "zone:PROBLEMS",
+    },
+    "floorplan": {
+        "INPUT", "SINKS", "OBSTACLES", "TEMPLATE_SET", "MODULE", "STOREYS", "CORRIDOR_WIDTH",
+        "TEMPLATES", "TEMPLATE_FILE", "DEAD_ENDS", "CORRIDORS_GIVEN", "TIME_LIMIT", "SEED",
+        "plan:ROOMS", "plan:CORRIDORS", "plan:CORRIDOR_LINES", "plan:DOORS", "plan:SHAFTS",
+        "plan:PROBLEMS", "schedule:OUTPUT",
     },
     "comparedesigns": {
         "FIRST", "SECOND", "SITE", "ROADS", "OBSTACLES", "BLOCK_WIDTH", "SNAP_DISTANCE",
@@ -138,7 +144,9 @@ def test_only_the_main_layer_must_be_made(model):
     optional = QgsProcessingParameterDefinition.Flag.FlagOptional
     needed = [p.name() for p in model.destinationParameterDefinitions() if not p.flags() & optional]
     assert len(needed) == 1
-    main = ("design:STREETS", "compared:OUTPUT", "parcels:PARCELS", "zone:BUILDINGS")
+    main = (
+        "design:STREETS", "compared:OUTPUT", "parcels:PARCELS", "zone:BUILDINGS", "plan:ROOMS",
+    )  # fmt: skip
     assert needed[0] in main
 
 
@@ -183,6 +191,24 @@ def test_streets_and_parcels_of_a_site_grown(toolbox):
     assert len([row for row in parcels if row["land_use"] == "parcel"]) > 40
     assert any(row["status"] == "new" for row in run.rows("streets:STREETS"))
     assert {row["measure"] for row in run.rows("measures:HISTOGRAM")} >= {"p_angle", "p_area"}
+
+
+def test_floor_plan_of_a_footprint(toolbox):
+    run = toolbox.run("floorplan", INPUT=site(), MODULE=25, CORRIDOR_WIDTH=5, STOREYS=2,
+                      TEMPLATE_SET="basic", TIME_LIMIT=3)  # fmt: skip
+    rooms, corridors = run.rows("plan:ROOMS"), run.rows("plan:CORRIDORS")
+    assert {row["floor"] for row in rooms} == {0, 1}
+    covered = sum(row["area_m2"] for row in [*rooms, *corridors])
+    assert covered == pytest.approx(2 * 60000, rel=1e-3)
+    listed = {(row["floor"], row["template"]): row for row in run.rows("schedule:OUTPUT")}
+    assert set(listed) == {(row["floor"], row["template"]) for row in rooms}
+    for (storey, template), row in listed.items():
+        own = [r for r in rooms if (r["floor"], r["template"]) == (storey, template)]
+        ways = [r["distance_m"] for r in own]
+        assert row["rooms"] == len(own)
+        assert row["area_m2"] == pytest.approx(sum(r["area_m2"] for r in own), abs=0.02)
+        assert row["mean_way_m"] == pytest.approx(sum(ways) / len(ways), abs=0.02)
+        assert row["longest_way_m"] == pytest.approx(max(ways), abs=0.02)
 
 
 def test_choices_may_be_numbers(toolbox):

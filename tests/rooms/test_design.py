@@ -98,6 +98,26 @@ def test_the_route_is_one_piece_and_comes_to_every_place(level_type, places):
     assert faults(level.problem, level.plan, level_type) == []
 
 
+def test_a_ring_around_a_court_needs_no_start():
+    corner = np.array([500_000.0, 5_000_000.0])
+    shell = [tuple(corner + p) for p in ((0, 0), (50, 0), (50, 40), (0, 40))]
+    court = [tuple(corner + p) for p in ((20, 15), (30, 15), (30, 25), (20, 25))]
+    frame = gpd.GeoDataFrame(geometry=[shapely.Polygon(shell, [court])], crs=UTM)
+    (floor,) = floors_of(frame, module=5.0)
+    square = (Template("square", frozenset((i, j) for i in (0, 1) for j in (0, 1))),)
+    blocks = (*square, *shipped_templates("caves"))
+    level = design_level(floor, blocks, RoomRules(time_limit=20.0), "circular")
+    assert faults(level.problem, level.plan, "circular") == []
+
+
+def test_a_place_that_is_far_off_is_moved_and_told(hall):
+    off = tuple(hall.mesh.vertices.max(axis=0) + 40.0)
+    level = design_level(hall, shipped_templates("caves"), QUICK, "branching", [off])
+    (remark,) = level.remarks
+    away = np.hypot(*(hall.mesh.vertices[level.start] - off))
+    assert f"{away:.1f} m" in remark.text
+
+
 def test_a_share_that_is_met_exactly_is_met():
     corner = np.array([500_000.0, 5_000_000.0])
     side = 1 / np.sqrt(3)
