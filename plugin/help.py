@@ -247,9 +247,8 @@ def _kind(definition: QgsProcessingParameterDefinition) -> str:
     if definition.type() == "source":
         names = [compat.SOURCE_NAMES.get(kind, "any") for kind in definition.dataTypes()]
         return f"layer ({' or '.join(names)})" if names else "layer"
-    return {"string": "text", "boolean": "yes / no", "crs": "CRS"}.get(
-        definition.type(), definition.type()
-    )
+    words = {"string": "text", "boolean": "yes / no", "crs": "CRS", "multilayer": "layers"}
+    return words.get(definition.type(), str(definition.type()))
 
 
 def help_html(described: Description) -> str:

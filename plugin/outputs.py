@@ -328,6 +328,11 @@ class Writer:
         if stored:
             styles.save(destination, kind, own)
             record.save(destination)
+            return
+        # for the next tool of a model, which has the layer before it is loaded
+        made = context.temporaryLayerStore().mapLayer(destination)
+        if made is not None:
+            record.attach(made)
 
     def _source_name(self) -> str:
         """Return the name of the main input layer; empty where the tool has none."""

@@ -23,9 +23,10 @@ from qgis.core import (
 from qgis.PyQt.QtGui import QColor
 
 from .building_renderers import BUILDING_OTHERS, BUILDING_RENDERERS, BUILDING_TITLES
+from .city_renderers import CITY_OTHERS, CITY_RENDERERS, CITY_TITLES
 from .growth_renderers import GROWTH_OTHERS, GROWTH_RENDERERS, GROWTH_TITLES
 from .parcel_renderers import PARCEL_OTHERS, PARCEL_RENDERERS, PARCEL_TITLES
-from .room_renderers import ROOM_OTHERS, ROOM_RENDERERS, ROOM_TITLES
+from .room_renderers import ROOM_LABELS, ROOM_OTHERS, ROOM_RENDERERS, ROOM_TITLES
 from .street_renderers import STREET_OTHERS, STREET_RENDERERS, STREET_TITLES
 from .symbols import GREY, INK, by_value, fill, line, marker
 
@@ -188,7 +189,10 @@ def _rank_labels() -> QgsAbstractVectorLayerLabeling:
 
 
 #: Labels by the names of styles, for those that have any.
-LABELS: dict[str, Callable[[], QgsAbstractVectorLayerLabeling]] = {"boundaries": _rank_labels}
+LABELS: dict[str, Callable[[], QgsAbstractVectorLayerLabeling]] = {
+    "boundaries": _rank_labels,
+    **ROOM_LABELS,
+}
 
 
 def _osm_streets() -> QgsFeatureRenderer:
@@ -268,6 +272,7 @@ RENDERERS: dict[str, Callable[[], QgsFeatureRenderer]] = {
     "osm_obstacles": _osm_obstacles,
     **PARCEL_RENDERERS,
     **BUILDING_RENDERERS,
+    **CITY_RENDERERS,
     **GROWTH_RENDERERS,
     **ROOM_RENDERERS,
     **STREET_RENDERERS,
@@ -279,6 +284,7 @@ TITLES = {
     "blocks": "Width",
     **PARCEL_TITLES,
     **BUILDING_TITLES,
+    **CITY_TITLES,
     **GROWTH_TITLES,
     **ROOM_TITLES,
     **STREET_TITLES,
@@ -290,6 +296,7 @@ OTHERS: dict[str, dict[str, Callable[[QgsVectorLayer], QgsFeatureRenderer]]] = {
     "blocks": {"Area": _by_area},
     **PARCEL_OTHERS,
     **BUILDING_OTHERS,
+    **CITY_OTHERS,
     **GROWTH_OTHERS,
     **ROOM_OTHERS,
     **STREET_OTHERS,

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from qgis.core import (
     QgsExpression,
+    QgsFeatureRenderer,
     QgsMapLayerStyle,
     QgsProcessingContext,
     QgsProcessingFeedback,
@@ -44,12 +45,14 @@ class OwnStyle:
     qml: str
 
 
-def apply(layer: QgsVectorLayer, kind: LayerKind) -> None:
-    """Give a layer the style of its kind."""
+def apply(
+    layer: QgsVectorLayer, kind: LayerKind, renderer: QgsFeatureRenderer | None = None
+) -> None:
+    """Give a layer the style of its kind, with the renderer of that style where it was made."""
     if not kind.style:
         return  # a table
     temporal.play(layer, kind)
-    layer.setRenderer(by_variation(RENDERERS[kind.style](), layer))
+    layer.setRenderer(renderer or by_variation(RENDERERS[kind.style](), layer))
     if kind.style == "blocks":
         layer.setOpacity(0.8)
     if kind.style in LABELS:
@@ -152,10 +155,11 @@ def _save_in_geopackage(layer: QgsVectorLayer, kind: LayerKind, own: OwnStyle | 
         title: by_variation(make(layer), layer)
         for title, make in OTHERS.get(kind.style, {}).items()
     }
+    shown = by_variation(RENDERERS[kind.style](), layer)
     for title, renderer in others.items():
         layer.setRenderer(renderer)
         layer.saveStyleToDatabase(f"{kind.style}, {title}", f"{OURS}{title}", False, "")
-    apply(layer, kind)
+    apply(layer, kind, shown)
     layer.setCustomProperty(_MARK, kind.style)
     layer.saveStyleToDatabase(kind.style, f"{OURS}{kind.title}", own is None, "")
     if own is not None:

@@ -41,6 +41,7 @@ from platwright.streets import (
 from shapely.geometry import LineString, box
 
 from _help_buildings import layoutresidential
+from _help_city import CITY_WINDOW, designcity
 from _help_drawing import (
     DPI,
     GREEN,
@@ -71,7 +72,7 @@ from _help_drawing import (
 )
 from _help_growth import growstreets
 from _help_rooms import designfloor, designgamelevel
-from _help_streets import measurestreets
+from _help_streets import exploretradeoffs, measurestreets
 
 
 def window(name: str) -> tuple[float, float, float, float]:
@@ -323,6 +324,8 @@ PICTURES: dict[str, Callable[[Axes, Axes], tuple[str, str]]] = {
     "preparesite": preparesite,
     "candidatemesh": candidatemesh,
     "designstreets": designstreets,
+    "exploretradeoffs": exploretradeoffs,
+    "designcity": designcity,
     "growstreets": growstreets,
     "smoothstreets": smoothstreets,
     "splitsite": splitsite,
@@ -339,6 +342,7 @@ PICTURES: dict[str, Callable[[Axes, Axes], tuple[str, str]]] = {
 
 #: Pictures of invented ground, with their windows.
 OWN = dict.fromkeys(("designfloor", "designgamelevel"), (-5.0, -41.1, 75.0, 106.0))
+OWN["designcity"] = CITY_WINDOW
 
 
 def draw(name: str) -> None:

@@ -1,11 +1,13 @@
-"""The picture of the help of `measurestreets`."""
+"""The pictures of the help of `measurestreets` and `exploretradeoffs`."""
 
 from __future__ import annotations
 
 from matplotlib.axes import Axes
+from platwright.explore import explore, grid
 from platwright.measure import measure_streets
+from platwright.network.specification import Specification
 
-from _help_drawing import GREY, INK, TEAL, mapped, show
+from _help_drawing import GREY, INK, TEAL, ground, mapped, prepared, show, streets
 
 #: Shares of the largest betweenness from which on a street has a colour and a width.
 CLASSES = (
@@ -26,3 +28,13 @@ def measurestreets(left: Axes, right: Axes) -> tuple[str, str]:
     show(right, report.nodes[~blind], color=INK, markersize=4, zorder=9)
     show(right, report.nodes[blind], color=TEAL, marker="s", markersize=9, zorder=9)
     return "streets", "betweenness"
+
+
+def exploretradeoffs(left: Axes, right: Axes) -> tuple[str, str]:
+    """Draw a design with few streets, and one with short ways out."""
+    base = Specification(rules="paper", levels=1, edge_length=45.0)
+    found = explore(prepared(), grid(base, {"weight_distance": [0.0, 2.0]}))
+    for axes, design in zip((left, right), found.designs):
+        ground(axes)
+        streets(axes, design.layers["streets"])
+    return "short streets", "short ways"

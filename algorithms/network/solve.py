@@ -6,7 +6,7 @@ from typing import Optional
 
 import numpy as np
 
-from ..errors import CancelledError, InfeasibleError
+from ..errors import CancelledError, InfeasibleError, InputError
 from ..mip.solvers import check_solver
 from ..progress import Deadline, Progress
 from .cp import ortools_access
@@ -14,10 +14,14 @@ from .cp.model import cost_grain
 from .evaluate import Evaluator
 from .incumbent import Incumbent, patience
 from .problem import BoolArray, Design, NetworkProblem
+from .search.annealing import anneal
 from .search.cp_strategy import TOO_EARLY, no_design_yet, solve_by_cp
 from .search.mip_strategy import solve_by_mip
 from .structure import Structure, structure
 from .why.whynot import diagnose
+
+#: Ways to search for a network.
+METHODS = ("program", "annealing")
 
 
 def solve(
@@ -29,8 +33,10 @@ def solve(
     solver: str = "auto",
     start: Optional[BoolArray] = None,
     iterations: Optional[int] = None,
+    threads: Optional[int] = None,
     progress: Optional[Progress] = None,
     explain: bool = True,
+    method: str = "program",
 ) -> Design:
     """Design a network.
 
@@ -52,10 +58,16 @@ def solve(
         Number of windows that the search solves. Then, with the same seed, the design is the same
         every time, as long as the time limit is not reached first; neither the gap nor the proof
         of a bound ends the search. Of "cpsat" only; None for no limit.
+    threads
+        How many windows are solved at the same time, which changes no design; None for the usual
+        number. Of "cpsat" only.
     progress
         Told incumbents and bounds, asked for cancellation.
     explain
         Whether an `InfeasibleError` is to say why, which takes up to some seconds more.
+    method
+        "program" for integer programming; "annealing" for the paper's stochastic search, which
+        is there to be compared with and takes only the time limit and the seed (CND section 5.4).
 
     Returns
     -------
@@ -68,12 +80,16 @@ def solve(
         If no design satisfies the hard rules, or none was found in time. In the first case its
         `diagnosis` says why (`whynot.Diagnosis`).
     InputError
-        If there is no such solver.
+        If there is no such solver or method.
     MissingDependencyError
         If "cpsat" is asked for and OR-Tools is not installed.
     CancelledError
         If the run was cancelled before there was any design; a valid start is one.
     """
+    if method not in METHODS:
+        raise InputError(f"There is no method {method}.", f"Choose {' or '.join(METHODS)}.")
+    if method == "annealing":
+        return anneal(problem, time_limit=time_limit, seed=seed, progress=progress)
     by_cp = _uses_cp(solver)
     deadline = Deadline(time_limit, progress)
     check = patience(lambda: progress is not None and progress.cancelled())
@@ -87,7 +103,7 @@ def solve(
     run.raise_bound(index.fixed)
     if begin is not None:
         run.take(begin)
-    if index.conflicts or not _search(run, index, seed, solver, by_cp, iterations):
+    if index.conflicts or not _search(run, index, seed, solver, by_cp, iterations, threads):
         if not explain:
             raise InfeasibleError("No street network satisfies all rules at once.")
         found = diagnose(problem, by_cp=by_cp, seed=seed, progress=progress)
@@ -124,11 +140,12 @@ def _search(
     solver: str,
     by_cp: bool,
     iterations: Optional[int],
+    threads: Optional[int],
 ) -> bool:
     """Run the strategy of a solver; return False if there is no valid design."""
     try:
         if by_cp:
-            return solve_by_cp(run, index, seed, iterations)
+            return solve_by_cp(run, index, seed, iterations, threads)
         return solve_by_mip(run, index, seed, "highs" if solver == "auto" else solver)
     except CancelledError:
         # while a model was being built

@@ -108,6 +108,10 @@ class Specification:
         Seed of every random choice.
     solver
         "auto", "cpsat", "highs", or the name of another solver that PuLP finds.
+    effort
+        Windows that the search solves for every 100 candidate edges of a program, on one thread;
+        then the same seed gives the same design, as long as the time limit is not reached first.
+        Of CP-SAT only; None for a search that ends by its time or its gap.
     """
 
     rules: RuleSet = "planner"
@@ -145,6 +149,7 @@ class Specification:
     gap: float = 0.01
     seed: int = 1
     solver: str = "auto"
+    effort: float | None = None
 
     def __post_init__(self) -> None:
         """Check the ranges; raise `InputError` that names the field."""
@@ -159,10 +164,10 @@ class Specification:
                 raise InputError(f"{name} must be greater than 0.", "Give a positive number.")
         if self.edge_length is not None and not 0 < self.edge_length < math.inf:
             raise InputError("edge_length must be greater than 0.", "Give a length in metres.")
-        for name in ("patch_size", "length_budget", "max_distance", "junction_spacing"):
+        for name in ("patch_size", "length_budget", "max_distance", "junction_spacing", "effort"):
             value = getattr(self, name)
             if value is not None and not 0 < value < math.inf:
-                raise InputError(f"{name} must be greater than 0.", "Give metres, or nothing.")
+                raise InputError(f"{name} must be greater than 0.", "Give a number, or nothing.")
         if self.exits is not None and not _whole(self.exits):
             raise InputError("exits must be 1 or more.", "Give a whole number, or nothing.")
         if self.block_length < self.block_width:

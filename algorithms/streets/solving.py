@@ -28,6 +28,8 @@ LOLLIPOP_PENALTY = 6.0
 AGAIN, AGAIN_SECONDS = 0.3, 1.0
 #: Share of the time in which streets are designed without the exits that are left, to begin with.
 SHUT = 0.4
+#: Windows of a search that ends by its work.
+LEAST_WINDOWS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,6 +141,9 @@ def _solved(
     explain: bool = True,
 ) -> Design:
     """Solve a problem as the specification says."""
+    windows = None
+    if spec.effort is not None:
+        windows = max(LEAST_WINDOWS, round(spec.effort * int(problem.candidate.sum()) / 100))
     return solve(
         problem,
         time_limit=seconds,
@@ -146,6 +151,8 @@ def _solved(
         seed=spec.seed,
         solver=spec.solver,
         start=start,
+        iterations=windows,
+        threads=None if windows is None else 1,
         progress=progress,
         explain=explain,
     )

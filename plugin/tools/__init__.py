@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from .candidatemesh import CandidateMesh
+from .designcity import DesignCity
 from .designfloor import DesignFloor
 from .designgamelevel import DesignGameLevel
+from .designreport import DesignReport
 from .designstreets import DesignStreets
+from .exploretradeoffs import ExploreTradeoffs
 from .growstreets import GrowStreets
 from .installdependencies import InstallDependencies
 from .layoutresidential import LayoutResidential
@@ -29,6 +32,8 @@ TOOLS = (
     PrepareSite,
     CandidateMesh,
     DesignStreets,
+    ExploreTradeoffs,
+    DesignCity,
     GrowStreets,
     SmoothStreets,
     SplitSite,
@@ -43,5 +48,6 @@ TOOLS = (
     MeasureStreets,
     MeasureParcels,
     MeasureLandUse,
+    DesignReport,
     InstallDependencies,
 )

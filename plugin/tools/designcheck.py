@@ -1,16 +1,11 @@
-"""The independent check of streets that were designed, asked as the planner asked for them."""
+"""The independent check of streets that were designed; see the library."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
-from ...algorithms.errors import CancelledError
 from ..progress import FeedbackProgress
-
-#: The level that covers the ground; culs-de-sac serve what is left too deep.
-LOCAL = 3
 
 
 def check_design(
@@ -20,144 +15,7 @@ def check_design(
     given: Mapping[str, Any],
     progress: FeedbackProgress,
 ) -> Any:
-    """Return what the checker says of a design, or None where the planner would not wait.
+    """Return what the checker says of a design; see `explore.check.check_design`."""
+    from ...algorithms.explore.check import check_design as check
 
-    It is told what the planner gave, never what the design made of it; exits are where the mesh
-    has them.
-
-    Parameters
-    ----------
-    found, around
-        The layers of the design and those of the prepared sites.
-    plan
-        The `StreetPlan`.
-    given
-        The layers SINKS, REQUIRED and FORBIDDEN of the planner, None where not given.
-    progress
-        Asked for cancellation.
-    """
-    from ...algorithms.measure import validate_network
-
-    asked = plan.specification
-    if not plan.plans:
-        return None
-    scale = min(own.network.ground.mesh.edge_length for own in plan.plans)
-    try:
-        return validate_network(
-            found["streets"].set_index("street_id", drop=False),
-            site=around["site"].set_index("site_id", drop=False),
-            obstacles=around["site_obstacles"],
-            boundary_streets=_edge_streets(around, asked.sink_mode),
-            snap_distance=plan.plans[0].site.snap_distance,
-            sinks=_exits(plan),
-            required=given["REQUIRED"],
-            forbidden=given["FORBIDDEN"],
-            **_covered(plan),
-            **_limits(plan),
-            edge_length=scale,
-            dead_ends=asked.dead_ends,
-            t_junctions=asked.t_junctions,
-            branches=asked.branches,
-            progress=progress,
-            **_prices(asked),
-        )
-    except CancelledError:
-        progress.warn("The streets were not checked, because the run was stopped before.")
-        return None
-
-
-def _edge_streets(around: dict[str, Any], mode: str) -> Any:
-    """Return the streets along the edge of the sites; where none is given the edge is one."""
-    if mode != "boundary" and len(around["boundary_streets"]):
-        return around["boundary_streets"]
-    outline = around["site"].copy()
-    outline.geometry = outline.boundary
-    return outline
-
-
-def _prices(asked: Any) -> dict[str, float]:
-    """Return the weights that are left to the rule set, as that set has them.
-
-    The planner's rules have none: they price the shape of streets in other ways.
-    """
-    paper = asked.rules == "paper"
-    implied = {"too_close": math.inf if paper else 0.0, "zigzags": 5.0 if paper else 0.0}
-    given = {name: getattr(asked, name) for name in implied}
-    return {name: implied[name] if value is None else value for name, value in given.items()}
-
-
-def _covered(plan: Any) -> dict[str, Any]:
-    """Return the ranges that are asked in metres; none where the rules ask for no certain one.
-
-    Vertices of the mesh of local streets must be in range, along its edges or straight; that of
-    culs-de-sac is finer. The ground between them is up to half a diagonal of a cell away from the
-    nearest.
-    """
-    asked = plan.specification
-    if asked.rules != "paper":
-        return {"coverage_m": None}
-    metric = asked.coverage is not None and asked.coverage_unit != "edges"
-    meshes = [
-        solved.problem.mesh
-        for own in plan.plans
-        for solved in own.network.solved
-        if solved.level == LOCAL
-    ] or [own.network.ground.mesh for own in plan.plans]
-    scale = min(mesh.edge_length for mesh in meshes)
-    reach = asked.coverage if metric else (asked.coverage or 1.0) * scale
-    longest = max(float(mesh.lengths.max()) for mesh in meshes)
-    slack = math.sqrt(0.5) * longest
-    return {
-        "coverage_m": float(reach + slack),
-        "coverage_areas": _areas(plan),
-        "coverage_slack_m": slack,
-    }
-
-
-def _areas(plan: Any) -> Any:
-    """Return the areas with a range of their own; None where there are none."""
-    import geopandas
-
-    own = plan.plans[0]
-    zones = own.network.ground.preferences.density
-    if not zones:
-        return None
-    return geopandas.GeoDataFrame(
-        {"coverage_m": [zone.value for zone in zones]},
-        geometry=[zone.shape for zone in zones],
-        index=[zone.feature for zone in zones],
-        crs=own.site.crs,
-    )
-
-
-def _limits(plan: Any) -> dict[str, Any]:
-    """Return what is asked of the network as a whole.
-
-    The planner's rules price long ways, near junctions and streets that are the only way to a
-    place, those of the paper forbid them.
-    """
-    asked = plan.specification
-    return {
-        "exits_most": asked.exits,
-        "length_budget_m": asked.length_budget,
-        "max_distance_m": asked.max_distance,
-        "junction_spacing_m": asked.junction_spacing,
-        "functions": math.inf if asked.rules == "paper" else 1.0,
-    }
-
-
-def _exits(plan: Any) -> Any:
-    """Return the places where the planner lets traffic leave; None where that is a whole edge."""
-    import geopandas
-    import pandas
-
-    from ...algorithms.streets import sink_places
-
-    if plan.specification.sink_mode not in ("access", "points"):
-        return None
-    parts = []
-    for own in plan.plans:
-        x, y = sink_places(own.network.ground).T
-        places = geopandas.GeoSeries.from_xy(x, y, crs=own.site.crs)
-        parts.append(geopandas.GeoDataFrame(geometry=places.to_crs(own.site.source_crs)))
-    return pandas.concat(parts, ignore_index=True)
+    return check(found, around, plan, given, progress)

@@ -168,7 +168,7 @@ class DesignStreets(Tool):
         asked = _asked(request, specification, prepared.sites, progress)
         reading = progress.part(0.1, 0.12)
         given = {key: request.frame(key, reading) for key in LINES_AND_PLACES}
-        wishes = _wishes(request, given, functions.preferences(request, reading))
+        wishes = wishes_of(request, given, functions.preferences(request, reading))
         of_site = {site.site_id: own for site, own in zip(prepared.sites, asked)}
         try:
             plan = design_streets(
@@ -223,7 +223,7 @@ def _asked(request: Request, base: Any, sites: Any, progress: FeedbackProgress) 
     return asked
 
 
-def _wishes(
+def wishes_of(
     request: Request, given: Mapping[str, Any], preferences: Callable[[Any], Any]
 ) -> Callable[[Any], Any]:
     """Return a function that gives the wishes about a site in its working CRS."""

@@ -20,6 +20,7 @@ MAY_IMPORT = {
     "mesh": {"site"},
     "network": {"site", "mesh"},
     "streets": {"site", "mesh", "network"},
+    "city": {"site", "mesh", "network", "streets", "tasks"},
     # Brings data in, and knows nothing of designs.
     "osm": {"site"},
     # Reads results, so it must not know how they came about.
@@ -28,6 +29,11 @@ MAY_IMPORT = {
     "growth": {"site", "measure"},
     "parcels": {"site", "measure"},
     "buildings": {"site", "measure", "parcels"},
+    # Where independent work is done: it knows not what the work is.
+    "tasks": set(),
+    "explore": {"site", "mesh", "network", "streets", "measure", "tasks"},
+    # Writes what it is told: it knows no geometry.
+    "report": set(),
     "rooms": {"site", "mesh", "network"},
 }
 COMMON = {"errors", "levels", "mip", "progress"}

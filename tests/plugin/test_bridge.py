@@ -208,7 +208,7 @@ def test_every_style_fits_its_layer(package, provider):
     from qgis.core import QgsExpression, QgsVectorLayer
 
     styles, fields = package("plugin.styles"), package("plugin.fields")
-    rooms = ("building", "growth", "parcel", "room", "street")
+    rooms = ("building", "city", "explore", "growth", "parcel", "room", "street")
     modules = tuple(f"plugin.{own}_fields" for own in rooms)
     every = list(vars(fields).values())
     for name in modules:

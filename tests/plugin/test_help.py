@@ -17,7 +17,8 @@ MOST = 60_000
 DRAWN = {
     "osmboundary", "osmlayers", "preparesite", "candidatemesh", "designstreets", "smoothstreets",
     "validatenetwork", "parcelblocks", "splitsite", "optimiselayout", "resplitlayout",
-    "growstreets", "measurestreets", "layoutresidential",
+    "growstreets", "measurestreets", "layoutresidential", "exploretradeoffs",
+    "designcity",
     "designfloor", "designgamelevel",
 }  # fmt: skip
 #: Grounds of QGIS's light and dark themes.
@@ -76,7 +77,7 @@ def test_every_length_area_and_speed_has_a_unit(tools, package):
     assert {name for name, unit in units.items() if not unit} <= {
         "scaled_jacobian", "levels", "p_area", "p_ideal", "bin_from", "bin_to",
         "score", "quality", "div", "db", "ds", "ct", "compactness", "sinuosity", "betweenness",
-        "closeness", "far", "density", "x", "y",
+        "closeness", "far", "density", "x", "y", "objective", "bound", "gap",
     }  # fmt: skip
 
 

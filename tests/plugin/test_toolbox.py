@@ -32,6 +32,18 @@ KEYS = {
         "LEVELS", "TIME_LIMIT", "GAP", "SEED", "SOLVER",
         "STREETS", "JUNCTIONS", "BLOCKS", "PROBLEMS",
     },
+    "exploretradeoffs": {
+        "INPUT", "ROADS", "PARAMETER_X", "VALUES_X", "PARAMETER_Y", "VALUES_Y", "SINK_MODE",
+        "SPECIFICATIONS", "PRESET", "BLOCK_WIDTH", "BLOCK_LENGTH", "OBSTACLES", "SINKS", "RULES",
+        "TIME_LIMIT", "EFFORT", "SEED", "WORKERS", "CLUSTER",
+        "STREETS", "DESIGNS", "PROBLEMS", "PLOT", "PICTURE",
+    },
+    "designcity": {
+        "INPUT", "ROADS", "MAJOR_ROADS", "OBSTACLES", "PRESET", "BLOCK_WIDTH", "BLOCK_LENGTH",
+        "FINISHED", "ROAD_CLASSES", "SPACING", "LEAST_AREA", "MOST_AREA", "STREET_SPACE",
+        "TOLERANCE", "EFFORT", "SEED", "WORKERS", "CLUSTER",
+        "STREETS", "SUB_REGIONS", "JUNCTIONS", "PROBLEMS",
+    },
     "growstreets": {
         "INPUT", "ROADS", "OBSTACLES", "START_POINTS", "GRAMMAR", "SCALE",
         "LARGEST_BLOCK", "MAX_LENGTH", "MAX_SEGMENTS", "POPULATION", "PEOPLE", "ITERATIONS",
@@ -110,6 +122,10 @@ KEYS = {
         "INPUT", "MODULE", "LEVEL_TYPE", "TEMPLATE_SET", "TEMPLATES", "TEMPLATE_FILE", "SINKS",
         "OBSTACLES", "TIME_LIMIT", "SEED", "TILES",
     },
+    "designreport": {
+        "LAYERS", "TITLE", "PLACE", "AUTHOR", "TARGETS", "TARGET_TABLE", "BACKGROUND", "DESIGNS",
+        "PICTURE_WIDTH", "OUTPUT", "LAYOUT",
+    },
     "installdependencies": {
         "ACTION", "CONSENT", "OPENSTREETMAP", "ORTOOLS", "PBF", "WHEELS",
     },
@@ -123,6 +139,11 @@ NUMBERS = {
     "designstreets": {
         "TOTAL_LENGTH", "MEAN_DISTANCE", "MAX_DISTANCE", "OBJECTIVE", "BOUND", "ACHIEVED_GAP",
         "SECONDS", "VIOLATIONS",
+    },
+    "exploretradeoffs": {"REQUESTED", "ACHIEVED", "FRONT", "SHORTEST", "NEAREST"},
+    "designcity": {
+        "REGION_COUNT", "DONE", "FAILED", "RESUMED", "TOTAL_LENGTH", "MEAN_DISTANCE", "OBJECTIVE",
+        "BOUND", "ACHIEVED_GAP", "AGREEMENT", "CROSSINGS", "STAGGERED", "COMPUTING", "SECONDS",
     },
     "growstreets": {
         "SEGMENTS", "NODE_COUNT", "ROAD_COUNT", "TOTAL_LENGTH", "POPULATION_REACHED",
@@ -184,6 +205,9 @@ NUMBERS = {
         "BLOCK_COUNT", "DOOR_COUNT", "TREASURES", "ROUTE_LENGTH", "OBJECTIVE", "BOUND", "GAP",
         "SECONDS",
     },
+    "designreport": {
+        "OUTPUT", "LAYOUT", "DESIGNS_FOUND", "PICTURES", "TARGETS_MET", "TARGETS_MISSED",
+    },
     "installdependencies": {"PACKAGES", "FOLDER"},
 }  # fmt: skip
 UNITS = {
@@ -228,6 +252,8 @@ def test_groups_follow_the_order_of_the_work(provider):
         "preparesite": "1 Site",
         "candidatemesh": "1 Site",
         "designstreets": "2 Streets",
+        "exploretradeoffs": "2 Streets",
+        "designcity": "2 Streets",
         "growstreets": "2 Streets",
         "smoothstreets": "2 Streets",
         "splitsite": "3 Parcels",
@@ -239,6 +265,7 @@ def test_groups_follow_the_order_of_the_work(provider):
         "measurestreets": "6 Measure",
         "measureparcels": "6 Measure",
         "measurelanduse": "6 Measure",
+        "designreport": "6 Measure",
         "layoutresidential": "4 Buildings",
         "designfloor": "5 Rooms",
         "designgamelevel": "5 Rooms",

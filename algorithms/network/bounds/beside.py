@@ -62,6 +62,16 @@ def bound_beside(run: Incumbent, index: Structure, seed: int) -> None:
         mip_bound(run, index)
 
 
+def rounds_bound(run: Incumbent, index: Structure) -> None:
+    """Prove a bound after the search by the linear relaxation, round by round.
+
+    No clock ends it but the run's, so that the same problem has the same bound every time.
+    """
+    if len(index.edges) <= LARGEST and not run.deadline.passed():
+        relaxation = Relaxation(index, run.wanted())
+        raise_by_rounds(relaxation, run.raise_bound, run.deadline.passed)
+
+
 def packing_bound(index: Structure, check: Callable[[], None] = lambda: None) -> float:
     """Return a weak bound at once: what coverage costs where no two places can share it.
 

@@ -10,7 +10,7 @@ from typing import Optional
 import numpy as np
 
 from ...errors import CancelledError, InfeasibleError
-from ..bounds.beside import LARGEST, bound_beside, bounded_network, packing_bound
+from ..bounds.beside import LARGEST, bound_beside, bounded_network, packing_bound, rounds_bound
 from ..cp.sat import CpOptions, full_network, run_cp
 from ..incumbent import Companion, Incumbent
 from ..problem import BoolArray
@@ -118,6 +118,7 @@ def window_search(
     seed: int,
     *,
     iterations: Optional[int] = None,
+    threads: Optional[int] = None,
     beside: Optional[Companion] = None,
     starts: Sequence[BoolArray] = (),
 ) -> None:
@@ -136,6 +137,8 @@ def window_search(
         Seed of all choices.
     iterations
         Number of windows after which to stop; None for no limit.
+    threads
+        How many windows are solved at the same time; None for the usual number.
     beside
         Work that begins once the search has had `ALONE` seconds to itself.
     starts
@@ -150,7 +153,7 @@ def window_search(
     others = itertools.cycle([*starts[1:], run.best])
     again = itertools.cycle((False, True))
     steps = 0
-    with Crew(windows, THREADS) as crew:
+    with Crew(windows, threads or THREADS) as crew:
         course = _course(run, crew, run.best, rng, later=False)
         while not run.enough() and (iterations is None or steps < iterations):
             late = run.deadline.elapsed > alone and len(index.edges) <= LARGEST
@@ -178,7 +181,11 @@ def _course(
 
 
 def solve_by_cp(
-    run: Incumbent, index: Structure, seed: int, iterations: Optional[int] = None
+    run: Incumbent,
+    index: Structure,
+    seed: int,
+    iterations: Optional[int] = None,
+    threads: Optional[int] = None,
 ) -> bool:
     """Run start, improvement and bound; return False if there is no valid design."""
     starts = first_designs(run, index, seed)
@@ -194,6 +201,11 @@ def solve_by_cp(
         return True
     # at once, since the proof of a better one begins later
     run.raise_bound(packing_bound(index, run.wanted()))
+    if iterations is not None:
+        # how far a proof beside the search comes depends on timing
+        window_search(run, index, seed, iterations=iterations, threads=threads, starts=starts)
+        rounds_bound(run, index)
+        return math.isfinite(run.value)
     with run.beside(lambda: bound_beside(run, index, seed), later=True) as beside:
-        window_search(run, index, seed, iterations=iterations, beside=beside, starts=starts)
+        window_search(run, index, seed, threads=threads, beside=beside, starts=starts)
     return math.isfinite(run.value)
