@@ -47,7 +47,7 @@ CITY_RENDERERS: dict[str, Callable[[], QgsFeatureRenderer]] = {
     "sub_regions": _sub_regions,
     "city_junctions": _junctions,
 }
-CITY_TITLES = {"sub_regions": "State", "city_junctions": "What meets there"}
+CITY_TITLES = {"sub_regions": "State"}
 CITY_OTHERS: dict[str, dict[str, Callable[[QgsVectorLayer], QgsFeatureRenderer]]] = {
     "sub_regions": {"Gap": _by_gap},
 }

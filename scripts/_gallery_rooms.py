@@ -28,9 +28,9 @@ HEADS = {
         "|---|---|---|---|---|---|---|---|---|---|",
     ),
     "designgamelevel": (
-        "| level | cells | blocks | doors | treasures | route, m | objective (bound) | gap "
+        "| level | blocks | doors | treasures | route, m | objective (bound) | gap "
         "| first plan, s | s |",
-        "|---|---|---|---|---|---|---|---|---|---|",
+        "|---|---|---|---|---|---|---|---|---|",
     ),
 }
 #: Outputs that are kept, by tool and key: the table.
