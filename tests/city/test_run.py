@@ -20,7 +20,7 @@ from platwright.city.region import task_of
 from platwright.errors import CancelledError, InputError
 from platwright.network.specification import Specification
 from platwright.progress import Silent
-from platwright.tasks import Processes
+from platwright.tasks import Cluster, Processes
 from shapely.geometry import LineString, Point
 
 HERE = Path(__file__).parent
@@ -299,6 +299,22 @@ def test_a_moved_end_takes_the_street_along_only_near_it(city):
     assert 210 < xy[2][0] < 217
     assert xy[3] == pytest.approx((210, 300))
     assert moved["length_m"] == pytest.approx(LineString(xy).length)
+
+
+@pytest.mark.slow
+def test_a_dask_cluster_gives_the_same_streets(city, plan, root, tmp_path, monkeypatch):
+    distributed = pytest.importorskip(
+        "distributed", reason="the Python package distributed is not installed"
+    )
+    (tmp_path / "platwright").symlink_to(root / "algorithms", target_is_directory=True)
+    # its processes have the path of this one
+    monkeypatch.syspath_prepend(str(tmp_path))
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+    ) as made:
+        there = design_city(city, QUICK, executor=Cluster(made.scheduler_address))
+    assert there.count("done") == 4
+    assert there.digest == plan.digest
 
 
 @pytest.mark.slow

@@ -315,6 +315,7 @@ def test_the_rules_reach_the_library(toolbox, package, monkeypatch):
         "junction_spacing": 50,
         "one_way": "local",
         "slope_weight": 2,
+        "effort": None,
     }
 
 
