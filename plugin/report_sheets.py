@@ -8,6 +8,7 @@ from qgis.core import (
     QgsCoordinateTransformContext,
     QgsFeatureRequest,
     QgsMapLayer,
+    QgsRectangle,
     QgsVectorLayer,
 )
 
@@ -68,13 +69,18 @@ def sheets_of(
     common = Sheet([own for layers in drawn.values() for own in layers], width, transforms)
     boxes = [box_of(layers, common.crs, transforms) for layers in drawn.values()]
     shared = all(
-        a.intersect(b).area() >= _SHARED * min(a.area(), b.area())
+        _shared_area(a, b) >= _SHARED * min(a.area(), b.area())
         for at, a in enumerate(boxes)
         for b in boxes[at + 1 :]
     )
     if shared:
         return dict.fromkeys(drawn, common)
     return {name: Sheet(layers, width, transforms) for name, layers in drawn.items()}
+
+
+def _shared_area(one: QgsRectangle, other: QgsRectangle) -> float:
+    # where nothing is shared, newer QGIS gives a rectangle turned inside out, of infinite area
+    return float(one.intersect(other).area()) if one.intersects(other) else 0.0
 
 
 def _has_ground(layer: QgsMapLayer) -> bool:
