@@ -18,6 +18,7 @@ from __future__ import annotations
 import contextlib
 import importlib
 import importlib.metadata
+import importlib.util
 import json
 import os
 import sys
@@ -42,6 +43,8 @@ class Package(NamedTuple):
         The first version that will not do any more; empty where none is known.
     purpose
         What it is for, in a word or two.
+    program
+        Whether it holds programs that are run, and is never imported.
     """
 
     install: str
@@ -49,6 +52,7 @@ class Package(NamedTuple):
     modules: tuple[str, ...] = ()
     below: str = ""
     purpose: str = ""
+    program: bool = False
 
     @property
     def requirement(self) -> str:
@@ -81,6 +85,8 @@ PACKAGES: dict[str, Package] = {
         "5",
         "OpenStreetMap files (.pbf)",
     ),
+    # An import would turn PROJ_LIB of this process to tables of its own.
+    "sumo": Package("eclipse-sumo", "1.28", purpose="traffic simulator", program=True),
 }
 #: What every tool needs to read and write layers.
 LAYERS = ("numpy", "scipy", "shapely", "pyproj", "geopandas")
@@ -131,7 +137,15 @@ def bound_at_home() -> Iterator[None]:
 
 
 def import_package(name: str) -> None:
-    """Import a package and its compiled modules, bound to their own libraries."""
+    """Import a package and its compiled modules, bound to their own libraries.
+
+    One that holds programs is only looked for.
+    """
+    if PACKAGES[name].program:
+        if importlib.util.find_spec(name) is None:
+            msg = f"No module named {name!r}"
+            raise ModuleNotFoundError(msg, name=name)
+        return
     with bound_at_home():
         importlib.import_module(name)
         for module in PACKAGES[name].modules:

@@ -103,6 +103,11 @@ REFERENCES = {
         "M. Kass, A. Witkin, D. Terzopoulos, Snakes: active contour models, International Journal "
         "of Computer Vision 1(4), 1988."
     ),
+    "SUMO": (
+        "P. Alvarez Lopez, M. Behrisch, L. Bieker-Walz, J. Erdmann, Y.-P. Flötteröd, "
+        "R. Hilbrich, L. Lücken, J. Rummel, P. Wagner, E. Wießner, Microscopic traffic "
+        "simulation using SUMO, IEEE Intelligent Transportation Systems Conference, 2018."
+    ),
     "OSMNX": (
         "G. Boeing, Modeling and analyzing urban networks and amenities with OSMnx, "
         "Geographical Analysis 57(4), 2025."
@@ -123,6 +128,11 @@ REFERENCES = {
         "U. Brandes, A faster algorithm for betweenness centrality, Journal of Mathematical "
         "Sociology 25(2), 2001."
     ),
+    "BPR": "Bureau of Public Roads, Traffic assignment manual, U.S. Department of Commerce, 1964.",
+    "BFW": (
+        "M. Mitradjieva, P. O. Lindberg, The stiff is moving: conjugate direction Frank-Wolfe "
+        "methods with applications to traffic assignment, Transportation Science 47(2), 2013."
+    ),
 }
 
 #: Ends of field names and the unit that they stand for.
@@ -139,6 +149,7 @@ _UNITS = {
     "s": "s",
     "seconds": "s",
     "hours": "h",
+    "h": "vehicles/h",
     "rotation": "degrees",
 }
 

@@ -39,13 +39,17 @@ EXTRAS: dict[str, tuple[str, ...]] = {
     "OpenStreetMap": ("requests", "osmnx"),
     "OR-Tools": ("ortools",),
     "PBF": ("osmium",),
+    "SUMO": ("sumo",),
 }
+#: Those that are installed unless the planner says otherwise; SUMO is larger than all the rest.
+USUAL = ("OpenStreetMap", "OR-Tools", "PBF")
 #: Packages of which QGIS must have one only.
 SINGLE = ("numpy", "pandas", "scipy", "matplotlib")
 #: Said where this QGIS has loaded packages that are not those in force any more.
 RESTART = "Start QGIS again, since a tool has run before."
-#: Room that an installation needs at most (bytes).
+#: Room that an installation needs at most (bytes), and what SUMO needs in addition.
 ROOM = 800_000_000
+ROOM_OF_SUMO = 700_000_000
 
 _INVENTORY = (
     "import importlib.metadata as m, json; "
@@ -89,7 +93,7 @@ def names(extras: Iterable[str] = tuple(EXTRAS)) -> tuple[str, ...]:
 
 def install(
     progress: FeedbackProgress,
-    extras: Iterable[str] = tuple(EXTRAS),
+    extras: Iterable[str] = USUAL,
     wheels: Optional[Path] = None,
 ) -> Outcome:
     """Install what is missing; the caller has asked the planner.
@@ -115,7 +119,7 @@ def install(
         msg = f"The folder {wheels} holds no wheels (files that end with .whl)."
         raise InstallError(msg)
     with _locked(), temporary_folder() as temporary:
-        _check_room()
+        _check_room(ROOM + ("sumo" in wanted) * ROOM_OF_SUMO)
         progress.stage("Looking for Python and pip", 0.0)
         python = find_python(progress)
         pip = find_pip(python, temporary, progress)
@@ -194,12 +198,12 @@ def _locked() -> Iterator[None]:
         lock.unlock()
 
 
-def _check_room() -> None:
+def _check_room(room: int) -> None:
     base = installer_folder.base()
     free = shutil.disk_usage(base).free
-    if free < ROOM:
+    if free < room:
         msg = (
-            f"The disk of {base} has {free // 1_000_000} MB left, and {ROOM // 1_000_000} MB "
+            f"The disk of {base} has {free // 1_000_000} MB left, and {room // 1_000_000} MB "
             "are needed. Make room and try again."
         )
         raise InstallError(msg)

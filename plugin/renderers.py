@@ -27,8 +27,14 @@ from .city_renderers import CITY_OTHERS, CITY_RENDERERS, CITY_TITLES
 from .growth_renderers import GROWTH_OTHERS, GROWTH_RENDERERS, GROWTH_TITLES
 from .parcel_renderers import PARCEL_OTHERS, PARCEL_RENDERERS, PARCEL_TITLES
 from .room_renderers import ROOM_LABELS, ROOM_OTHERS, ROOM_RENDERERS, ROOM_TITLES
+from .simulation_renderers import (
+    SIMULATION_OTHERS,
+    SIMULATION_RENDERERS,
+    SIMULATION_TITLES,
+)
 from .street_renderers import STREET_OTHERS, STREET_RENDERERS, STREET_TITLES
 from .symbols import GREY, INK, by_value, fill, line, marker
+from .traffic_renderers import TRAFFIC_OTHERS, TRAFFIC_RENDERERS, TRAFFIC_TITLES
 
 
 def _streets() -> QgsFeatureRenderer:
@@ -276,6 +282,8 @@ RENDERERS: dict[str, Callable[[], QgsFeatureRenderer]] = {
     **GROWTH_RENDERERS,
     **ROOM_RENDERERS,
     **STREET_RENDERERS,
+    **TRAFFIC_RENDERERS,
+    **SIMULATION_RENDERERS,
 }
 
 #: What the styles above show, as the planner reads it in the list of a layer's styles.
@@ -288,6 +296,8 @@ TITLES = {
     **GROWTH_TITLES,
     **ROOM_TITLES,
     **STREET_TITLES,
+    **TRAFFIC_TITLES,
+    **SIMULATION_TITLES,
 }
 #: Further styles that a layer offers: by the name of its first one, their titles and what makes
 #: them for a layer.
@@ -300,4 +310,6 @@ OTHERS: dict[str, dict[str, Callable[[QgsVectorLayer], QgsFeatureRenderer]]] = {
     **GROWTH_OTHERS,
     **ROOM_OTHERS,
     **STREET_OTHERS,
+    **TRAFFIC_OTHERS,
+    **SIMULATION_OTHERS,
 }

@@ -35,6 +35,7 @@ _EXTRA_TEXTS = {
     "OpenStreetMap": "OpenStreetMap (to get streets and buildings)",
     "OR-Tools": "OR-Tools (designs faster)",
     "PBF": "PBF (reads .osm.pbf files)",
+    "SUMO": "SUMO (simulates traffic, 500 MB)",
 }
 
 
@@ -96,7 +97,7 @@ class PackagesBox(QGroupBox):
         row = QHBoxLayout()
         row.addWidget(QLabel("Beside the necessary:", self))
         boxes = {}
-        chosen = installer_folder.record().get("extras", list(installer.EXTRAS))
+        chosen = installer_folder.record().get("extras", list(installer.USUAL))
         for name in installer.EXTRAS:
             boxes[name] = QCheckBox(_EXTRA_TEXTS[name], self)
             boxes[name].setChecked(name in chosen)

@@ -72,7 +72,7 @@ from _help_drawing import (
 )
 from _help_growth import growstreets
 from _help_rooms import designfloor, designgamelevel
-from _help_streets import exploretradeoffs, measurestreets
+from _help_streets import assigntraffic, exploretradeoffs, measurestreets, simulatetraffic
 
 
 def window(name: str) -> tuple[float, float, float, float]:
@@ -337,6 +337,8 @@ PICTURES: dict[str, Callable[[Axes, Axes], tuple[str, str]]] = {
     "designgamelevel": designgamelevel,
     "validatenetwork": validatenetwork,
     "measurestreets": measurestreets,
+    "assigntraffic": assigntraffic,
+    "simulatetraffic": simulatetraffic,
 }
 
 

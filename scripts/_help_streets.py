@@ -1,13 +1,19 @@
-"""The pictures of the help of `measurestreets` and `exploretradeoffs`."""
+"""The pictures of the help of tools that measure and compare streets."""
 
 from __future__ import annotations
 
+import geopandas as gpd
 from matplotlib.axes import Axes
 from platwright.explore import explore, grid
 from platwright.measure import measure_streets
 from platwright.network.specification import Specification
+from platwright.site.layers import site_layers
+from platwright.traffic.demand import DemandLayers, DemandRules
+from platwright.traffic.network import pieces_layer
+from platwright.traffic.run import TrafficOptions, assign_traffic, read_traffic
+from platwright.traffic.sumo import SimulationOptions, simulate, street_columns
 
-from _help_drawing import GREY, INK, TEAL, ground, mapped, prepared, show, streets
+from _help_drawing import GREY, INK, TEAL, designed, ground, mapped, prepared, show, streets
 
 #: Shares of the largest betweenness from which on a street has a colour and a width.
 CLASSES = (
@@ -30,11 +36,49 @@ def measurestreets(left: Axes, right: Axes) -> tuple[str, str]:
     return "streets", "betweenness"
 
 
+def assigntraffic(left: Axes, right: Axes) -> tuple[str, str]:
+    """Draw a design, and how many vehicles run on each of its streets."""
+    own = designed()["streets"]
+    ground(left)
+    streets(left, own)
+    site = site_layers(prepared())["site"]
+    options = TrafficOptions(demand=DemandRules(through=500.0))
+    found = assign_traffic(own, DemandLayers(site=site), options)
+    ground(right)
+    classed(right, found.streets, "flow_veh_h", 260.0)
+    gates = found.places[found.places["kind"] == "gate"]
+    show(right, gates, color=INK, marker="D", markersize=36, zorder=12)
+    return "streets", "vehicles per hour"
+
+
+def simulatetraffic(left: Axes, right: Axes) -> tuple[str, str]:
+    """Draw what drives on each street in the simulator, and what vehicles lose there."""
+    site = site_layers(prepared())["site"]
+    options = TrafficOptions(demand=DemandRules(density=1500.0, through=1000.0))
+    traffic = read_traffic(designed()["streets"], DemandLayers(site=site), options)
+    found = simulate(traffic.network, traffic.demand, SimulationOptions(routes="shortest"))
+    own = pieces_layer(traffic.network, traffic.streets).reset_index(drop=True)
+    own = own.assign(**{key: values.to_numpy() for key, values in street_columns(
+        traffic.network, found
+    ).items()})  # fmt: skip
+    for axes, column, full in ((left, "flow_veh_h", 900.0), (right, "loss_s", 12.0)):
+        ground(axes)
+        classed(axes, own, column, full)
+    return "vehicles per hour", "seconds lost"
+
+
+def classed(axes: Axes, streets: gpd.GeoDataFrame, column: str, full: float) -> None:
+    """Draw streets by how much they have of a column; `full` has the strongest colour."""
+    show(axes, streets, color="#c9c4bb", linewidth=1.2)
+    for at, (low, colour, width) in enumerate(CLASSES):
+        loaded = streets[streets[column] > full * max(low, 0.002)]
+        show(axes, loaded, color=colour, linewidth=1.6 * width, zorder=at + 3)
+
+
 def exploretradeoffs(left: Axes, right: Axes) -> tuple[str, str]:
-    """Draw a design with few streets, and one with short ways out."""
-    base = Specification(rules="paper", levels=1, edge_length=45.0)
-    found = explore(prepared(), grid(base, {"weight_distance": [0.0, 2.0]}))
+    """Draw a design with small blocks, and one with large blocks."""
+    found = explore(prepared(), grid(Specification(), {"edge_length": [60.0, 130.0]}))
     for axes, design in zip((left, right), found.designs):
         ground(axes)
         streets(axes, design.layers["streets"])
-    return "short streets", "short ways"
+    return "small blocks", "large blocks"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .assigntraffic import AssignTraffic
 from .candidatemesh import CandidateMesh
 from .designcity import DesignCity
 from .designfloor import DesignFloor
@@ -22,6 +23,7 @@ from .osmlayers import OsmLayers
 from .parcelblocks import ParcelBlocks
 from .preparesite import PrepareSite
 from .resplitlayout import ResplitLayout
+from .simulatetraffic import SimulateTraffic
 from .smoothstreets import SmoothStreets
 from .splitsite import SplitSite
 from .validatenetwork import ValidateNetwork
@@ -48,6 +50,8 @@ TOOLS = (
     MeasureStreets,
     MeasureParcels,
     MeasureLandUse,
+    AssignTraffic,
+    SimulateTraffic,
     DesignReport,
     InstallDependencies,
 )

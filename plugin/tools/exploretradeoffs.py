@@ -83,7 +83,7 @@ class ExploreTradeoffs(Tool):
             "planner rules blocks have the wished size and weights change little; choose the rules "
             "as in the paper to see length against distance clearly.",
         ),
-        picture="Two designs of one site: short streets, and short ways out of it.",
+        picture="Two designs of one site, with one number changed: small blocks, and large ones.",
         references=("CND",),
     )  # fmt: skip
     layers: ClassVar = {

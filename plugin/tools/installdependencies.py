@@ -26,6 +26,11 @@ _EXTRAS = {
     "OPENSTREETMAP": ("OpenStreetMap", "What the OpenStreetMap tools need (osmnx)."),
     "ORTOOLS": ("OR-Tools", "A solver that designs faster."),
     "PBF": ("PBF", "Reads OpenStreetMap files from the disk (osmium)."),
+    "SUMO": (
+        "SUMO",
+        "The traffic simulator Eclipse SUMO (EPL 2.0) for Simulate traffic. It is large: 160 MB "
+        "are downloaded in addition, which take 500 MB on the disk.",
+    ),
 }
 
 
@@ -76,7 +81,7 @@ class InstallDependencies(Tool):
             default=False,
         )
         for key, (extra, text) in _EXTRAS.items():
-            yield _yes_or_no(key, f"With {extra}", text, default=True)
+            yield _yes_or_no(key, f"With {extra}", text, default=extra in installer.USUAL)
         wheels = QgsProcessingParameterFile(
             "WHEELS", "Folder of wheels", compat.FOLDER, "", None, True
         )

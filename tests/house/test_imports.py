@@ -35,6 +35,8 @@ MAY_IMPORT = {
     # Writes what it is told: it knows no geometry.
     "report": set(),
     "rooms": {"site", "mesh", "network"},
+    # Reads results; what it says rests on the geometry of streets alone.
+    "traffic": {"site", "measure"},
 }
 COMMON = {"errors", "levels", "mip", "progress"}
 #: The same for the rooms inside `network`, those on the left first; files beside them that only

@@ -208,7 +208,10 @@ def test_every_style_fits_its_layer(package, provider):
     from qgis.core import QgsExpression, QgsVectorLayer
 
     styles, fields = package("plugin.styles"), package("plugin.fields")
-    rooms = ("building", "city", "explore", "growth", "parcel", "room", "street")
+    rooms = (
+        "building", "city", "explore", "growth", "parcel", "room", "simulation", "street",
+        "traffic",
+    )  # fmt: skip
     modules = tuple(f"plugin.{own}_fields" for own in rooms)
     every = list(vars(fields).values())
     for name in modules:

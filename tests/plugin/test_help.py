@@ -18,7 +18,7 @@ DRAWN = {
     "osmboundary", "osmlayers", "preparesite", "candidatemesh", "designstreets", "smoothstreets",
     "validatenetwork", "parcelblocks", "splitsite", "optimiselayout", "resplitlayout",
     "growstreets", "measurestreets", "layoutresidential", "exploretradeoffs",
-    "designcity",
+    "designcity", "assigntraffic", "simulatetraffic",
     "designfloor", "designgamelevel",
 }  # fmt: skip
 #: Grounds of QGIS's light and dark themes.
@@ -78,6 +78,7 @@ def test_every_length_area_and_speed_has_a_unit(tools, package):
         "scaled_jacobian", "levels", "p_area", "p_ideal", "bin_from", "bin_to",
         "score", "quality", "div", "db", "ds", "ct", "compactness", "sinuosity", "betweenness",
         "closeness", "far", "density", "x", "y", "objective", "bound", "gap",
+        "flow_ahead", "flow_back", "v_c",
     }  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import stat
 import sys
@@ -329,3 +330,20 @@ def test_removing_nothing_is_no_error(toolbox, installer):
     run = toolbox.run("installdependencies", ACTION="remove")
     assert run.results["PACKAGES"] == 0
     assert "The packages are removed." in run.said.infos
+
+
+def test_sumo_is_only_installed_where_it_is_asked_for(installer):
+    assert "sumo" not in installer.names(installer.USUAL)
+    assert "sumo" in installer.names(["SUMO"])
+
+
+def test_a_package_of_programs_is_looked_for_and_never_imported(package, tmp_path, monkeypatch):
+    guard = package("plugin.guard")
+    monkeypatch.setattr("sys.path", [str(tmp_path)])
+    with pytest.raises(ModuleNotFoundError, match="sumo"):
+        guard.import_package("sumo")
+    (tmp_path / "sumo").mkdir()
+    (tmp_path / "sumo" / "__init__.py").write_text("raise RuntimeError('imported')\n")
+    importlib.invalidate_caches()
+    guard.import_package("sumo")
+    assert "sumo" not in sys.modules

@@ -102,6 +102,22 @@ KEYS = {
         "INPUT", "STREETS", "SITE", "PARCEL_WIDTH", "PARCEL_DEPTH", "SIMPLIFY", "STREET_DISTANCE",
         "USE_FIELD", "OUTPUT", "HISTOGRAM", "PROBLEMS", "HISTOGRAM_HTML",
     },
+    "assigntraffic": {
+        "INPUT", "SITE", "GATES", "FLOWS", "DENSITY", "THROUGH", "METHOD", "SHARE_OUT", "SHARE_IN",
+        "SHARE_WITHIN", "SHARE_THROUGH", "GATE_CHOICE", "GATE_REACH", "WEIGHTS", "WEIGHT_FIELD",
+        "ZONES", "PART_LENGTH", "SPEEDS", "SPEED_MAJOR", "SPEED_COLLECTOR", "SPEED_LOCAL",
+        "SPEED_CUL_DE_SAC", "CAPACITY_MAJOR", "CAPACITY_COLLECTOR", "CAPACITY_LOCAL",
+        "CAPACITY_CUL_DE_SAC", "ALPHA", "BETA", "GAP", "TIME_LIMIT", "STREETS", "PLACES",
+        "PROBLEMS",
+    },
+    "simulatetraffic": {
+        "INPUT", "SITE", "GATES", "FLOWS", "DENSITY", "THROUGH", "ROUTES", "SHARE_OUT", "SHARE_IN",
+        "SHARE_WITHIN", "SHARE_THROUGH", "GATE_CHOICE", "GATE_REACH", "WEIGHTS", "WEIGHT_FIELD",
+        "ZONES", "PART_LENGTH", "SPEEDS", "SPEED_MAJOR", "SPEED_COLLECTOR", "SPEED_LOCAL",
+        "SPEED_CUL_DE_SAC", "CAPACITY_MAJOR", "CAPACITY_COLLECTOR", "CAPACITY_LOCAL",
+        "CAPACITY_CUL_DE_SAC", "HOURS", "WARM_UP", "ITERATIONS", "TIME_LIMIT", "LEFT_HAND",
+        "PATIENCE", "SEED", "STREETS", "PROBLEMS",
+    },
     "measurelanduse": {
         "INPUT", "USE_FIELD", "STREETS", "BLOCKS", "SITE", "OUTPUT", "PROBLEMS",
     },
@@ -127,7 +143,7 @@ KEYS = {
         "PICTURE_WIDTH", "OUTPUT", "LAYOUT",
     },
     "installdependencies": {
-        "ACTION", "CONSENT", "OPENSTREETMAP", "ORTOOLS", "PBF", "WHEELS",
+        "ACTION", "CONSENT", "OPENSTREETMAP", "ORTOOLS", "PBF", "SUMO", "WHEELS",
     },
 }  # fmt: skip
 NUMBERS = {
@@ -178,6 +194,21 @@ NUMBERS = {
         "SINUOSITY", "CIRCUITY", "ROADS_PCT", "NATURAL_COUNT", "NATURAL_MAX", "HT_INDEX",
         "LIVABILITY", "BETWEENNESS_MEAN", "BETWEENNESS_MAX", "CLOSENESS_MEAN", "COMPONENTS",
         "LARGEST_PCT", "MESHEDNESS", "BETA", "GAMMA", "CROSSINGS",
+    },
+    "assigntraffic": {
+        "TOTAL_LENGTH", "DESIGN_LENGTH", "MEAN_DISTANCE", "DISTANCE_OUT", "DISTANCE_IN",
+        "DISTANCE_WITHIN", "DISTANCE_THROUGH", "MEAN_TIME", "TIME_OUT", "TIME_IN", "TIME_WITHIN",
+        "TIME_THROUGH", "VEHICLES", "UNSERVED", "VEHICLE_KM", "VEHICLE_HOURS", "MAX_USE",
+        "GATES_FOUND", "ACHIEVED_GAP", "SECONDS",
+    },
+    "simulatetraffic": {
+        *(
+            f"MEAN_{mean}" if kind == "MEAN" else f"{mean}_{kind}"
+            for mean in ("DISTANCE", "TIME", "WAITING", "FINISHED")
+            for kind in ("MEAN", "OUT", "IN", "WITHIN", "THROUGH")
+        ),
+        "MEAN_DELAY", "TRIPS", "ARRIVED", "RUNNING", "NOT_ENTERED", "NO_WAY", "NOWHERE",
+        "MOVED_ON",
     },
     "measureparcels": {
         "COUNT", "PER_KM2", "P_ANGLE", "P_AREA", "P_IDEAL", "P_SIMILARITY", "UNDESIRABLE",
@@ -265,6 +296,8 @@ def test_groups_follow_the_order_of_the_work(provider):
         "measurestreets": "6 Measure",
         "measureparcels": "6 Measure",
         "measurelanduse": "6 Measure",
+        "simulatetraffic": "6 Measure",
+        "assigntraffic": "6 Measure",
         "designreport": "6 Measure",
         "layoutresidential": "4 Buildings",
         "designfloor": "5 Rooms",

@@ -1,0 +1,1 @@
+"""Traffic on streets: demand, assignment, equilibrium and simulation (CND 5.1)."""
