@@ -9,7 +9,7 @@ from typing import Any
 
 #: Distances on the canvas of the model designer.
 STEP_X, STEP_Y = 230, 120
-#: The main layer of each model, which is always made.
+#: What models are for, which is always made; a model may have another.
 MAIN = (
     ("design", "STREETS"), ("compared", "OUTPUT"), ("parcels", "PARCELS"), ("zone", "BUILDINGS"),
     ("plan", "ROOMS"),
@@ -25,12 +25,18 @@ class Draft:
         Its id, which is the name of its file.
     title, summary, text
         What it says of itself.
+    main
+        The step and the key of what it is for; None where `MAIN` has it.
     """
 
-    def __init__(self, name: str, title: str, summary: str, text: str) -> None:
+    def __init__(
+        self, name: str, title: str, summary: str, text: str,
+        main: tuple[str, str] | None = None,
+    ) -> None:  # fmt: skip
         from qgis.core import QgsProcessingModelAlgorithm
 
         self.name = name
+        self.main = MAIN if main is None else (main,)
         self.model = QgsProcessingModelAlgorithm(title, "Models")
         self.help = {"SHORT_DESCRIPTION": summary, "ALG_DESC": text}
         self.inputs = 0
@@ -91,7 +97,7 @@ class Draft:
             end = QgsProcessingModelOutput(key, text)
             end.setChildId(child)
             end.setChildOutputName(key)
-            end.setMandatory((child, key) in MAIN)
+            end.setMandatory((child, key) in self.main)
             end.setPosition(at + QPointF(30, 60 + 35 * number))
             ends[key] = end
         made.setModelOutputs(ends)

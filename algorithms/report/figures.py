@@ -14,6 +14,8 @@ _UNIT = re.compile(
     r"^(m|m2|m²|km|ha|s|h|%|m/ha|km/h|km/km2|per km|degrees|percent|vehicles/h|veh/h|min|mph|"
     r"EUR|persons|ppl/ha)$"
 )
+#: When a figure is empty: of no use beside one that is there.
+_EMPTY = re.compile(r"(?:; |(?<=\())empty\b[^()]*(?=\))")
 _LONG = {
     "metres": "m",
     "hectares": "ha",
@@ -30,7 +32,14 @@ LESS = frozenset(
         "TOO_THIN_PCT", "MEAN_P_ANGLE", "MEAN_P_AREA", "P_ANGLE", "P_AREA", "P_SIMILARITY",
         "CIRCUITY", "DEAD_ENDS", "DEAD_ENDS_KM2", "DEAD_ENDS_PCT", "MEAN_EGRESS",
         "MAX_EGRESS", "CORRIDOR_LENGTH", "CORRIDOR_SHARE", "STREET_SHARE", "SHADED",
-        "MEAN_WAY", "DEAD_ENDS_LEFT", "LEFT_OUT", "MEAN_TIME", "MAX_VC", "OVERLOADED",
+        "MEAN_WAY", "DEAD_ENDS_LEFT", "LEFT_OUT", "MEAN_TIME", "MAX_USE", "UNSERVED", "VEHICLE_KM",
+        "VEHICLE_HOURS", "MEAN_WAITING", "MEAN_DELAY", "NOT_ENTERED", "NO_WAY", "MOVED_ON",
+        "FAILED",
+        *(
+            f"{mean}_{kind}"
+            for mean in ("DISTANCE", "TIME", "WAITING")
+            for kind in ("OUT", "IN", "WITHIN", "THROUGH")
+        ),
     )
 )  # fmt: skip
 #: and of which they usually want more.
@@ -39,6 +48,7 @@ MORE = frozenset(
         "CONTINUED", "WIDE_ENOUGH_PCT", "RECTANGULAR_PCT", "WITH_ACCESS", "ACCESS_PCT",
         "NET_TO_GROSS", "GREEN", "GREEN_REACHED", "ACHIEVED", "PARCEL_COUNT", "DWELLINGS",
         "LEAST_SUN", "MEAN_SUN", "ROOM_COUNT", "LARGEST_PCT", "POPULATION_REACHED",
+        "MEAN_FINISHED", "AGREEMENT",
     )
 )  # fmt: skip
 
@@ -87,8 +97,11 @@ def split_unit(text: str) -> tuple[str, str]:
     >>> split_unit("Mean way out of the site, m"), split_unit("Area of the site in hectares")
     (('Mean way out of the site', 'm'), ('Area of the site', 'ha'))
     >>> split_unit("Broken rules (empty where the check was cancelled)")
-    ('Broken rules (empty where the check was cancelled)', '')
+    ('Broken rules', '')
+    >>> split_unit("Mean time of trips into the site (s; empty without any)")
+    ('Mean time of trips into the site', 's')
     """
+    text = _EMPTY.sub("", text).replace(" ()", "")
     for found in re.finditer(r" \(([^()]+)\)|, (?:in )?(\S+)$| in (metres|hectares)$", text):
         inner = found[1] or found[2] or found[3]
         if inner in _LONG or _UNIT.match(inner):

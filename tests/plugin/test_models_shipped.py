@@ -16,6 +16,7 @@ pytestmark = pytest.mark.qgis
 
 import test_binary as binary  # noqa: E402
 from qgis.core import Qgis, QgsProcessingOutputLayerDefinition, QgsProject  # noqa: E402
+from report_reading import parsed  # noqa: E402
 from support import FailedError, Listener, RefusedError, layer, line, roads, site  # noqa: E402
 
 # Its fixtures serve here, too.
@@ -24,7 +25,7 @@ qgis_process = binary.qgis_process
 
 NAMES = (
     "comparedesigns", "floorplan", "growstreetsandparcels", "parcelstodesign", "placetodesign",
-    "residentialzone",
+    "placetoreport", "residentialzone",
     "streetsandparcels",
 )  # fmt: skip
 #: What saved settings and other models may depend on.
@@ -56,6 +57,14 @@ KEYS = {
         "SNAP_DISTANCE", "site:SITE", "site:PROBLEMS", "streets:STREETS", "streets:NODES",
         "streets:PROBLEMS", "parcels:PARCELS", "parcels:BLOCKS", "parcels:STREET_SPACE",
         "parcels:PROBLEMS", "measures:HISTOGRAM",
+    },
+    "placetoreport": {
+        "PLACE", "RANK", "SOURCE_FILE", "BUILT_ON", "PRESET", "BLOCK_WIDTH", "BLOCK_LENGTH",
+        "SINK_MODE", "SNAP_DISTANCE", "INNER_ROADS", "TIME_LIMIT", "DENSITY", "TARGETS",
+        "map:STREETS", "map:BUILDINGS", "map:OBSTACLES", "site:SITE", "site:BOUNDARY_STREETS",
+        "site:ACCESS_POINTS", "site:SITE_OBSTACLES", "site:PROBLEMS", "design:STREETS",
+        "design:JUNCTIONS", "design:BLOCKS", "design:PROBLEMS", "check:PROBLEMS",
+        "parcels:PARCELS", "traffic:STREETS", "report:OUTPUT",
     },
     "residentialzone": {
         "INPUT", "ROADS", "OBSTACLES", "BLOCK_WIDTH", "BLOCK_LENGTH", "TYPE_SET", "PATTERN", "FAR",
@@ -146,6 +155,7 @@ def test_only_the_main_layer_must_be_made(model):
     assert len(needed) == 1
     main = (
         "design:STREETS", "compared:OUTPUT", "parcels:PARCELS", "zone:BUILDINGS", "plan:ROOMS",
+        "report:OUTPUT",
     )  # fmt: skip
     assert needed[0] in main
 
@@ -317,6 +327,31 @@ def test_a_place_without_a_network(qgis_process, root, tmp_path, package):
 
     around = QgsVectorLayer(str(tmp_path / "osm.gpkg"), "osm", "ogr")
     assert "OpenStreetMap" in package("plugin.record").read_record(around)["credits"]
+
+
+@pytest.mark.slow
+def test_a_place_and_a_page_about_its_design(qgis_process, root, tmp_path):
+    given = {
+        "PLACE": PLACE, "SOURCE_FILE": root / "data" / "osm" / "monaco.osm.pbf",
+        "SINK_MODE": "whole boundary", "TIME_LIMIT": 5, "BUILT_ON": "green",
+        "TARGETS": "TOTAL_LENGTH <= 5000; VIOLATIONS = 0; MEAN_TIME <= 0.1",
+        "report:OUTPUT": tmp_path / "page.html", "design:STREETS": tmp_path / "streets.gpkg",
+        "parcels:PARCELS": tmp_path / "parcels.gpkg",
+    }  # fmt: skip
+    said = qgis_process(*arguments("placetoreport", **given), timeout=200)
+    page = parsed((tmp_path / "page.html").read_text("utf-8"))
+    words = " ".join(page.text.split())
+    assert "One design for L'Anse du Portier" in words, said
+    assert "2 of 3 targets are met" in words
+    assert {own.text for own in page.all("h3")} >= {
+        "Design streets", "Parcels in blocks", "Assign traffic",
+    }  # fmt: skip
+    assert "Open Database License" in words
+    new = sum(f["length_m"] for f in designed(tmp_path / "streets.gpkg").getFeatures()
+              if f["status"] == "new")  # fmt: skip
+    assert f"{new:,.0f} m" in words
+    lots = [r for r in binary.rows(tmp_path / "parcels.gpkg") if r["land_use"] == "parcel"]
+    assert f"Parcels{len(lots)}" in words.replace(" ", "")
 
 
 @pytest.mark.slow
