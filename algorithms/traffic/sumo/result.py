@@ -62,7 +62,8 @@ class Counts:
 class Simulation:
     """Traffic on the m pieces of a network as the simulator measured it.
 
-    Means of trips are of those that depart in the measured time and arrive.
+    Means of trips are of those that depart in the measured time and arrive; trips that go nowhere
+    count with a way of 0.
 
     Attributes
     ----------
@@ -230,11 +231,14 @@ def _means(
         chosen = measured if kind == ALL else measured & (trips.kind == KINDS.index(kind))
         numbers = np.flatnonzero(chosen)
         arrived = [found.arrivals[int(trip)] for trip in numbers if int(trip) in found.arrivals]
-        means["trips"][kind] = len(arrived) / options.hours
-        means["finished"][kind] = len(arrived) / len(numbers) if len(numbers) else float("nan")
+        # who is there already has arrived without a way, as in an assignment
+        there = int(found.nowhere[numbers].sum())
+        count = len(arrived) + there
+        means["trips"][kind] = count / options.hours
+        means["finished"][kind] = count / len(numbers) if len(numbers) else float("nan")
         for name, column in names.items():
-            values = [getattr(one, column) for one in arrived]
-            means[name][kind] = float(np.mean(values)) if values else float("nan")
+            total = sum(getattr(one, column) for one in arrived)
+            means[name][kind] = total / count if count else float("nan")
     return means
 
 

@@ -62,6 +62,20 @@ def test_the_only_way_has_its_length_and_takes_about_the_free_time(
 
 
 @pytest.mark.usefixtures("sumo")
+def test_who_is_there_already_has_arrived_without_a_way(make_streets, make_demand):
+    network = make_streets([(0, 0), (4, 0), (304, 0)], [(0, 1), (1, 2)])
+    # on so short a piece the place is the gate itself
+    demand = make_demand({(0, 1): 60.0, (2, 1): 60.0}, interior=[(0, 1.0)], gates=[0, 2])
+    found = simulate(network, demand, ONCE)
+    half = simulate(network, make_demand({(0, 1): 60.0}, gates=[2, 0]), ONCE)
+    assert found.counts.nowhere > 0
+    assert found.finished["all"] == 1.0
+    assert found.flows.trips["all"] == pytest.approx(120.0, abs=20.0)
+    way = half.flows.distance["all"]
+    assert found.flows.distance["all"] == pytest.approx(way / 2, rel=0.1)
+
+
+@pytest.mark.usefixtures("sumo")
 def test_flows_are_those_of_the_trips_on_the_way_and_none_elsewhere(make_streets, make_demand):
     network = make_streets(TREE, BRANCHES)
     demand = make_demand({(0, 1): 300.0}, gates=[4, 3])
