@@ -51,10 +51,11 @@ def node_distances(
         ways = [(p.start, p.end, float(p.line.length), p.one_way) for p in pieces]
         sinks = {v for v in nodes if v < 0 or _is_sink(ground, v)} | (exits & nodes)
     else:
-        network = _Network(ground, pieces, connectors)
+        places, reach = sink_places(ground), ground.mesh.edge_length / 2
+        network = _Network(ground, pieces, connectors, places, reach)
         ways = network.ways
         sinks = {v for v in nodes if v in exits or _is_sink(ground, v)}
-        sinks |= network.nearest(sink_places(ground), ground.mesh.edge_length / 2)
+        sinks |= network.nearest(places, reach)
     found = _shortest(ways, sinks)
     return {v: found.get(v, math.inf) for v in nodes}
 
@@ -93,10 +94,18 @@ def _shortest(ways: Sequence[Way], sinks: set[int]) -> dict[int, float]:
 
 
 class _Network:
-    """Designed streets, connectors and existing streets, joined where they meet."""
+    """Designed streets, connectors and existing streets, joined where they meet.
+
+    Existing streets are cut at sinks too that lie along them, within reach of no other place.
+    """
 
     def __init__(
-        self, ground: Ground, pieces: Sequence[Piece], connectors: Sequence[Connector]
+        self,
+        ground: Ground,
+        pieces: Sequence[Piece],
+        connectors: Sequence[Connector],
+        sinks: FloatArray,
+        reach: float,
     ) -> None:
         self.ways: list[Way] = [(p.start, p.end, float(p.line.length), p.one_way) for p in pieces]
         self.places: dict[int, FloatArray] = {}
@@ -107,7 +116,9 @@ class _Network:
         for joint in connectors:
             outer = self._add(shapely.get_coordinates(joint.line)[-1])
             self.ways.append((joint.node, outer, float(joint.line.length), False))
-        self._join(_existing(ground))
+        lines = _existing(ground)
+        self._leave_along(lines, sinks, reach)
+        self._join(lines)
 
     def nearest(self, points: FloatArray, reach: float) -> set[int]:
         """Nodes nearest to points, where there is one within reach."""
@@ -124,6 +135,17 @@ class _Network:
         node, self.fresh = self.fresh, self.fresh + 1
         self.places[node] = xy
         return node
+
+    def _leave_along(self, lines: Sequence[LineString], sinks: FloatArray, reach: float) -> None:
+        """Make places on existing streets of sinks that are near a street and no other place."""
+        ends = [shapely.get_coordinates(line)[[0, -1]] for line in lines]
+        known = np.vstack([*self.places.values(), *ends])
+        for xy in sinks if lines else ():
+            here = shapely.Point(xy)
+            gaps = shapely.distance(np.array(lines, dtype=object), here)
+            if gaps.min() <= reach < np.hypot(*(known - xy).T).min():
+                line = lines[int(gaps.argmin())]
+                self._add(shapely.get_coordinates(line.interpolate(line.project(here)))[0])
 
     def _join(self, lines: Sequence[LineString]) -> None:
         """Cut existing streets where the others meet them, and add their pieces."""

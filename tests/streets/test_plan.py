@@ -359,6 +359,23 @@ def test_streets_leave_at_the_given_exits_or_it_is_said():
     assert [shapely.Point(xy) for xy, there in zip(given, met) if not there] == said
 
 
+@pytest.mark.parametrize("at", [30.0, 110.0, 144.0, 200.0])
+def test_an_exit_along_an_existing_street_is_reached_over_it(at):
+    """No new street need end there: whoever comes to the street goes on along it."""
+    ring = LineString(shapely.box(0, 0, 288, 288).exterior)
+    site = make_site(shapely.box(0, 0, 288, 288), streets=(BoundaryStreet(ring, "Ring"),))
+    exits = Wishes(sinks=[(0.0, at)])
+    design = design_streets([site], Specification(sink_mode="points"), wishes=exits)
+    mean = design.numbers["MEAN_DISTANCE"]
+    assert 0.0 < mean < 600.0
+    layers = plan_layers(design)
+    away = layers["junctions"]["dist_to_sink_m"]
+    assert np.isfinite(away).all()
+    # along the ring at least: no junction is nearer than as the crow flies
+    straight = shapely.distance(layers["junctions"].geometry.array, shapely.Point(0.0, at))
+    assert (away >= straight - 45.0).all()
+
+
 def test_an_exit_that_no_corner_of_a_block_is_near_is_named(square):
     given = [(144.0, 110.0)]  # well inside: nothing is drawn to it
     plan = design_streets(
