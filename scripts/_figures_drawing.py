@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 
 import geopandas as gpd
@@ -10,10 +9,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from PIL import Image
 
 from _figures_design import Abstract, Planned, sampled
-from _small_pictures import palette
+from _small_pictures import saved
 
 #: Height of a panel that is alone, and of several, in inches; dots per inch.
 PANEL, SMALL, DPI = 4.6, 2.4, 100
@@ -45,21 +43,7 @@ def draw(name: str, designs: list[Abstract | Planned], folder: Path) -> Path:
         ax.set(xticks=[], yticks=[], aspect="equal")
         for side in ax.spines.values():
             side.set(color="#c9c4b8", linewidth=0.8)
-    return _write(figure, folder / f"{name}.png")
-
-
-def _write(figure: plt.Figure, path: Path) -> Path:
-    """Write a picture with as many colours as fit."""
-    buffer = io.BytesIO()
-    figure.savefig(buffer, dpi=DPI, facecolor=PAPER)
-    plt.close(figure)
-    picture = Image.open(buffer).convert("RGB")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    picture.quantize(palette=palette(picture), dither=Image.Dither.NONE).save(path, optimize=True)
-    if path.stat().st_size > MOST:
-        message = f"{path.name} has {path.stat().st_size} bytes, more than {MOST}."
-        raise ValueError(message)
-    return path
+    return saved(figure, folder / f"{name}.png", MOST, DPI)
 
 
 def _abstract(ax: Axes, own: Abstract, farthest: float) -> None:

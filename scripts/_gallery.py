@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import importlib
 import os
-import re
 import sys
 import tempfile
 import time
@@ -17,6 +16,7 @@ import geopandas as gpd
 from platwright.measure.parcels import Ideal, measure_parcels
 
 from _gallery_places import PLACES, ROOT, Place, Where, read
+from _pages import write
 
 PICTURES, PAGE = ROOT / "docs" / "images" / "parcels", ROOT / "docs" / "parcels.md"
 #: So many layouts are made of each site, and so many are shown.
@@ -192,25 +192,6 @@ def figures(place: Place, runs: list[Run], made: int) -> list[str]:
     seconds = " and ".join(f"{run.seconds:.0f} s" for run in runs)
     with_these = f"{made} variations made in {seconds}, the best {min(made, SHOWN)} shown"
     return [*lines, "", f"{hectares:.1f} ha. {with_these}."]
-
-
-def write(page: Path, key: str, lines: list[str]) -> None:
-    """Put a table into the page, between its marks.
-
-    Raises
-    ------
-    ValueError
-        If the marks are not in the page.
-    """
-    text = page.read_text(encoding="utf-8")
-    begin, end = f"<!-- figures {key}: written by scripts/gallery -->", f"<!-- end {key} -->"
-    pattern = re.compile(f"{re.escape(begin)}.*?{re.escape(end)}", re.DOTALL)
-    body = "\n".join([begin, "", *lines, "", end])
-    text, count = pattern.subn(lambda _: body, text)
-    if count != 1:
-        msg = f"{page.name} has no place for the figures of {key}"
-        raise ValueError(msg)
-    page.write_text(text, encoding="utf-8")
 
 
 def start(folder: Path) -> Any:

@@ -15,7 +15,7 @@ from typing import Any
 import geopandas as gpd
 import pyogrio
 
-from _gallery import ROOT, start, write
+from _gallery import ROOT, start
 from _gallery_building_places import (
     CORRIDORS,
     DRAWN,
@@ -29,6 +29,7 @@ from _gallery_building_places import (
 )
 from _gallery_growth import run, styled
 from _gallery_places import data_folder
+from _pages import write
 
 PICTURES, PAGE = ROOT / "docs" / "images" / "buildings", ROOT / "docs" / "residential.md"
 HEAD = (

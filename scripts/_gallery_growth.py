@@ -16,7 +16,7 @@ import geopandas as gpd
 import numpy as np
 import pyogrio
 
-from _gallery import PACKAGE, ROOT, start, write
+from _gallery import PACKAGE, ROOT, start
 from _gallery_growth_places import (
     FRAMES,
     GRAMMARS,
@@ -34,6 +34,7 @@ from _gallery_growth_places import (
     Grown,
 )
 from _gallery_places import OSM, data_folder
+from _pages import write
 
 PICTURES, PAGE = ROOT / "docs" / "images" / "growth", ROOT / "docs" / "growth.md"
 

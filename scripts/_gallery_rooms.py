@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from _gallery import PACKAGE, ROOT, start, write
+from _gallery import PACKAGE, ROOT, start
 from _gallery_rooms_places import ROOMS, Room
+from _pages import write
 
 PICTURES = ROOT / "docs" / "images" / "rooms"
 #: Page and name of the table of a tool.

@@ -5,8 +5,10 @@ Usage: _small_pictures.py SHOTS TARGET. Pictures in TARGET that have no screensh
 
 from __future__ import annotations
 
+import io
 import sys
 from pathlib import Path
+from typing import Any
 
 from PIL import Image
 
@@ -22,6 +24,28 @@ def palette(picture: Image.Image) -> Image.Image:
     made = Image.new("P", (1, 1))
     made.putpalette([part for colour in common for part in colour])
     return made
+
+
+def saved(figure: Any, path: Path, most: int, dpi: int = 100) -> Path:
+    """Write a figure of matplotlib with as many colours as fit, and close it.
+
+    Raises
+    ------
+    ValueError
+        If the file has more than `most` bytes.
+    """
+    import matplotlib.pyplot as plt
+
+    buffer = io.BytesIO()
+    figure.savefig(buffer, dpi=dpi, facecolor=figure.get_facecolor())
+    plt.close(figure)
+    picture = Image.open(buffer).convert("RGB")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    picture.quantize(palette=palette(picture), dither=Image.Dither.NONE).save(path, optimize=True)
+    if path.stat().st_size > most:
+        message = f"{path.name} has {path.stat().st_size} bytes, more than {most}."
+        raise ValueError(message)
+    return path
 
 
 def main() -> None:

@@ -52,10 +52,14 @@ def node_distances(
         sinks = {v for v in nodes if v < 0 or _is_sink(ground, v)} | (exits & nodes)
     else:
         places, reach = sink_places(ground), ground.mesh.edge_length / 2
-        network = _Network(ground, pieces, connectors, places, reach)
-        ways = network.ways
+        network = _Network(ground, pieces, connectors)
         sinks = {v for v in nodes if v in exits or _is_sink(ground, v)}
         sinks |= network.nearest(places, reach)
+        if not sinks:
+            # all exits lie in the middle of existing streets
+            network = _Network(ground, pieces, connectors, places)
+            sinks = network.nearest(places, reach)
+        ways = network.ways
     found = _shortest(ways, sinks)
     return {v: found.get(v, math.inf) for v in nodes}
 
@@ -96,7 +100,7 @@ def _shortest(ways: Sequence[Way], sinks: set[int]) -> dict[int, float]:
 class _Network:
     """Designed streets, connectors and existing streets, joined where they meet.
 
-    Existing streets are cut at sinks too that lie along them, within reach of no other place.
+    Existing streets are cut at places that are given, too, each at its nearest point.
     """
 
     def __init__(
@@ -104,8 +108,7 @@ class _Network:
         ground: Ground,
         pieces: Sequence[Piece],
         connectors: Sequence[Connector],
-        sinks: FloatArray,
-        reach: float,
+        cuts: FloatArray | None = None,
     ) -> None:
         self.ways: list[Way] = [(p.start, p.end, float(p.line.length), p.one_way) for p in pieces]
         self.places: dict[int, FloatArray] = {}
@@ -117,7 +120,8 @@ class _Network:
             outer = self._add(shapely.get_coordinates(joint.line)[-1])
             self.ways.append((joint.node, outer, float(joint.line.length), False))
         lines = _existing(ground)
-        self._leave_along(lines, sinks, reach)
+        if cuts is not None:
+            self._cut(lines, cuts)
         self._join(lines)
 
     def nearest(self, points: FloatArray, reach: float) -> set[int]:
@@ -136,16 +140,12 @@ class _Network:
         self.places[node] = xy
         return node
 
-    def _leave_along(self, lines: Sequence[LineString], sinks: FloatArray, reach: float) -> None:
-        """Make places on existing streets of sinks that are near a street and no other place."""
-        ends = [shapely.get_coordinates(line)[[0, -1]] for line in lines]
-        known = np.vstack([*self.places.values(), *ends])
-        for xy in sinks if lines else ():
+    def _cut(self, lines: Sequence[LineString], points: FloatArray) -> None:
+        """Make places of the points of existing streets that are nearest to the given ones."""
+        for xy in points if lines else ():
             here = shapely.Point(xy)
-            gaps = shapely.distance(np.array(lines, dtype=object), here)
-            if gaps.min() <= reach < np.hypot(*(known - xy).T).min():
-                line = lines[int(gaps.argmin())]
-                self._add(shapely.get_coordinates(line.interpolate(line.project(here)))[0])
+            line = lines[int(shapely.distance(np.array(lines, dtype=object), here).argmin())]
+            self._add(shapely.get_coordinates(line.interpolate(line.project(here)))[0])
 
     def _join(self, lines: Sequence[LineString]) -> None:
         """Cut existing streets where the others meet them, and add their pieces."""
