@@ -1,18 +1,24 @@
-"""Assign traffic to streets of about a square kilometre, and hold it against networkx.
+"""Assign and simulate traffic on about a square kilometre of streets.
+
+Assignments are held against networkx, SUMO against the assignment of the same trips.
 
 Figures are medians of several runs on one core. The networks are grids of a square kilometre with
 streets of two levels, as Design streets lays them, and, with --streets, any layer. networkx gets
 the same network, cut at the same places, and what it is best at: one search from each place, then
 each way followed back. Both must agree on the mean time. With --picture the flows of --streets
 are drawn, in equilibrium.
+
+SUMO drives a square kilometre that Design streets has laid out, from its exits: end to end is from
+the layers to the columns of the streets, reading and spreading included. Every trip must arrive.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,14 +26,19 @@ import geopandas as gpd
 import matplotlib.pyplot as plt
 import networkx as nx
 import numpy as np
+from platwright.errors import MissingDependencyError
+from platwright.network.specification import Specification
+from platwright.site import prepare_sites
+from platwright.streets import design_streets, plan_layers
 from platwright.traffic.assign import assign
 from platwright.traffic.demand import DemandLayers, DemandRules, read_demand
 from platwright.traffic.equilibrium import EquilibriumRules, equilibrium
 from platwright.traffic.network import read_network
-from platwright.traffic.run import TrafficOptions, assign_traffic
+from platwright.traffic.run import TrafficOptions, assign_traffic, read_traffic, report_traffic
 from platwright.traffic.sections import cut_at_places
+from platwright.traffic.sumo import SimulationOptions, find_sumo, simulate, street_columns
 from platwright.traffic.types import Demand, TrafficNetwork
-from shapely.geometry import LineString
+from shapely.geometry import LineString, box
 
 #: Runs of each measurement.
 RUNS = 5
@@ -36,6 +47,16 @@ CLASSES = (0.05, 10.0, 25.0, 50.0, 100.0, 250.0, 500.0)
 COLOURS = ("#3b6ea5", "#7fb0c9", "#c9d6b0", "#f0c572", "#e0803f", "#b5302a", "#7a1522")
 #: Corner of the grids, metres in UTM zone 33.
 EAST, NORTH = 500_000.0, 5_500_000.0
+#: The design that SUMO drives on: two levels under the paper's rules, ended by its work.
+DESIGN = {
+    "rules": "paper", "levels": 2, "edge_length": 50.0, "coverage": 1.0, "weight_length": 1.0,
+    "weight_distance": 0.2, "effort": 5.0, "time_limit": 120,
+}  # fmt: skip
+#: Demands that are driven: vehicles per hour and km², and per hour between the exits (the second
+#: is that of CND section 5.1).
+DEMANDS = ((250.0, 0.0), (250.0, 1000.0), (3000.0, 0.0))
+#: Runs of the simulator; what issue 9 asks of it and of the assignment, seconds.
+DRIVES, MOST_SUMO, MOST_ASSIGN = 3, 60.0, 1.0
 
 
 def grid(blocks: int) -> gpd.GeoDataFrame:
@@ -103,6 +124,77 @@ def row(name: str, frame: gpd.GeoDataFrame, site: gpd.GeoDataFrame | None, gap: 
     )
 
 
+def designed() -> tuple[gpd.GeoDataFrame, DemandLayers]:
+    """Design a square kilometre in a ring of streets; return streets, and the site with exits."""
+    square = box(EAST, NORTH, EAST + 1000, NORTH + 1000)
+    site = gpd.GeoDataFrame(geometry=[square], crs=32633)
+    # parts of a design may be joined by the streets around it only
+    ring = gpd.GeoDataFrame({"level": [2]}, geometry=[square.exterior], crs=32633)
+    prepared = prepare_sites(site, ring)
+    plan = design_streets(prepared.sites, Specification.from_json(json.dumps(DESIGN)))
+    layers = plan_layers(plan)
+    return layers["streets"], DemandLayers(site=site, gates=layers["junctions"])
+
+
+def drives(
+    name: str, frame: gpd.GeoDataFrame, layers: DemandLayers
+) -> Iterator[tuple[str, float, float]]:
+    """Drive streets with each demand and choice of ways: rows, seconds of SUMO and assignment."""
+    for density, through in DEMANDS:
+        options = TrafficOptions(demand=DemandRules(density=density, through=through))
+        traffic = read_traffic(frame, layers, options)
+        report = report_traffic(traffic, options)
+        numbers = report.numbers
+        _, ours = median(lambda: assign(traffic.network, traffic.demand))  # noqa: B023
+        for routes in ("shortest", "iterated"):
+            asked = SimulationOptions(routes=routes, seed=1)
+
+            def drive(options: TrafficOptions = options, asked: SimulationOptions = asked) -> Any:
+                own = read_traffic(frame, layers, options)
+                found = simulate(own.network, own.demand, asked)
+                return found, street_columns(own.network, found)
+
+            (found, _), seconds = median(drive, DRIVES)
+            counts = found.counts
+            if counts.arrived + counts.nowhere != counts.drawn:
+                raise SystemExit(f"{name}: of {counts.drawn} trips {counts.arrived} arrived")
+            text = (
+                f"| {name} | {density:,.0f} + {through:,.0f} | {counts.drawn:,} | {ours:.3f} "
+                f"| {numbers['distance_mean']:.0f} m, {numbers['time_mean']:.1f} s | {routes} "
+                f"| {seconds:.1f} | {found.flows.distance['all']:.0f} m, "
+                f"{found.flows.time['all']:.1f} s | {seconds / ours:.0f} |"
+            )
+            yield text, seconds, ours
+
+
+def simulated(streets: gpd.GeoDataFrame | None, layers: DemandLayers, name: str) -> None:
+    """Print what SUMO takes end to end, and the assignment of the same trips in the same run."""
+    try:
+        find_sumo()
+    except MissingDependencyError as error:
+        raise SystemExit(str(error)) from error
+    start = time.perf_counter()
+    square, own = designed()
+    km = square.length.sum() / 1e3
+    print(f"\nDesigned 1 km² in {time.perf_counter() - start:.0f} s: {km:.1f} km of streets.\n")
+    print(
+        "| streets | veh/h per km² + between exits | trips | assign, s | assigned | ways "
+        "| SUMO end to end, s | driven | times as long |\n" + "|---" * 9 + "|"
+    )
+    most = np.zeros(2)
+    every = [("1 km², designed", square, own)]
+    if streets is not None:
+        every.append((name, streets, layers))
+    for each in every:
+        for text, *seconds in drives(*each):
+            print(text, flush=True)
+            most = np.maximum(most, seconds)
+    print(
+        f"\nLongest: SUMO {most[0]:.1f} s (asked: under {MOST_SUMO:.0f}), "
+        f"assignment {most[1]:.3f} s (asked: under {MOST_ASSIGN:.0f})."
+    )
+
+
 def draw(
     frame: gpd.GeoDataFrame, site: gpd.GeoDataFrame | None, gates: gpd.GeoDataFrame | None,
     path: Path,
@@ -138,6 +230,7 @@ def main() -> None:
     parser.add_argument("--site", type=Path, help="its site")
     parser.add_argument("--gates", type=Path, help="its gates, for the picture")
     parser.add_argument("--picture", type=Path, help="draw flows of the streets here, and no more")
+    parser.add_argument("--only", choices=("assignment", "sumo"), help="one of the two parts")
     parser.add_argument("--gap", type=float, default=1e-4, help="wished gap of the equilibrium")
     given = parser.parse_args()
     streets, site, gates = (
@@ -147,14 +240,25 @@ def main() -> None:
     if given.picture is not None and streets is not None:
         draw(streets, site, gates, given.picture)
         return
+    if given.only != "sumo":
+        assigned(streets, site, given.streets, given.gap)
+    if given.only != "assignment":
+        layers = DemandLayers(site=site, gates=gates)
+        simulated(streets, layers, "" if given.streets is None else given.streets.stem)
+
+
+def assigned(
+    streets: gpd.GeoDataFrame | None, site: gpd.GeoDataFrame | None, path: Path | None, gap: float
+) -> None:
+    """Print what assignments take."""
     print(
         "| network | pieces | places | read, s | spread, s | assign, s | networkx, s "
         "| times faster | max v/c | rounds | gap | equilibrium, s |\n" + "|---" * 12 + "|"
     )
     for blocks in (7, 10, 14):
-        print(row(f"grid of {blocks} x {blocks} blocks", grid(blocks), None, given.gap), flush=True)
-    if streets is not None:
-        print(row(given.streets.stem, streets, site, given.gap))
+        print(row(f"grid of {blocks} x {blocks} blocks", grid(blocks), None, gap), flush=True)
+    if streets is not None and path is not None:
+        print(row(path.stem, streets, site, gap))
 
 
 if __name__ == "__main__":

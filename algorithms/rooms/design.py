@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Optional
@@ -11,10 +12,13 @@ import shapely
 
 from ..errors import CancelledError, InfeasibleError
 from ..mesh.quadmesh import BoolArray, FloatArray, QuadMesh
+from ..network.partition import patches, point_to_point
 from ..network.problem import NetworkProblem
+from ..network.requirements.base import View
+from ..network.requirements.links import Link
 from ..progress import Progress, Share, Silent
 from .floors import Floor
-from .rules import RoomRules
+from .rules import PART, RoomRules
 from .shapes import count_rules, enumerate_placements
 from .solve import solve_rooms
 from .types import Kind, RoomPlan, RoomProblem, Template
@@ -40,6 +44,20 @@ class Storey:
     problem: RoomProblem
     plan: Optional[RoomPlan]
     error: Optional[InfeasibleError] = None
+
+    @property
+    def links(self) -> int:
+        """Number of short ways between parts that were asked for."""
+        return len(self.problem.network.requirements)
+
+    @property
+    def links_missing(self) -> int:
+        """Of these, how many the plan has not."""
+        if self.plan is None:
+            return 0
+        network = self.problem.network
+        view = View(network, self.plan.active)
+        return sum(own.violations(view) for own in network.requirements)
 
 
 def face_areas(mesh: QuadMesh) -> FloatArray:
@@ -86,8 +104,24 @@ def room_problem(
         zigzags=rules.zigzags,
         too_close=rules.too_close,
     )
+    if kind == "floor" and rules.links:
+        network = dataclasses.replace(network, requirements=tuple(_links(floor, network, rules)))
     counts = count_rules(templates, placements, face_areas(mesh), floor.floor)
     return RoomProblem(kind, network, tuple(templates), placements, floor.floor, tuple(counts))
+
+
+def _links(floor: Floor, network: NetworkProblem, rules: RoomRules) -> list[Link]:
+    """Ask for short ways between neighbouring parts of a storey (CND section 4.2 L1)."""
+    mesh = floor.mesh
+    side = rules.part_size or PART * mesh.edge_length
+    part = np.full(len(mesh.faces), -1, dtype=np.int64)
+    # no part of its own for what no room covers
+    areas = np.where(floor.floor, face_areas(mesh), 0.0)
+    part[floor.floor] = patches(mesh, side**2, weight=areas, seed=rules.seed)[floor.floor]
+    part[floor.floor] = np.unique(part[floor.floor], return_inverse=True)[1]
+    return point_to_point(
+        network, part, tolerance=rules.detour, penalty=rules.links, seed=rules.seed
+    )
 
 
 def _candidates(floor: Floor, rules: RoomRules, kind: Kind) -> BoolArray:

@@ -16,11 +16,13 @@ from shapely.geometry import MultiPoint, Point
 from ..errors import InfeasibleError, InputError
 from ..mesh.quadmesh import BoolArray, FloatArray, IntArray
 from ..network.problem import Clause, NetworkProblem, Pattern
+from ..network.requirements.base import Requirement
+from ..network.requirements.budget import LeastLength, LengthBudget
 from ..progress import Progress, Silent
 from .design import room_problem, solve_storey
 from .floors import Floor, Remark
-from .rules import LEVEL_TYPES, LevelType, RoomRules
-from .types import RoomPlan, RoomProblem, Template
+from .rules import LEVEL_TYPES, LevelType, RoomRules, RouteRules
+from .types import RoomPlan, RoomProblem, Template, Treasures
 from .why import NoPlanError
 
 #: Number of places where the route begins or ends, least and most, by type of level.
@@ -63,6 +65,7 @@ def design_level(
     level_type: LevelType = "branching",
     places: Sequence[tuple[float, float]] = (),
     progress: Optional[Progress] = None,
+    route: Optional[RouteRules] = None,
 ) -> LevelDesign:
     """Partition a domain into blocks with a route through all of them.
 
@@ -82,11 +85,14 @@ def design_level(
         apart at the border.
     progress
         Told of plans, asked for cancellation.
+    route
+        Limits of the length of the route, and the number of treasure rooms.
 
     Raises
     ------
     InputError
-        If there are too many places for the type, or no way can begin anywhere.
+        If there are too many places for the type, no way can begin anywhere, or the type has no
+        treasure rooms and some are asked for.
     InfeasibleError
         If there is no level, or none was found in time; see `solve_rooms`.
     CancelledError
@@ -96,13 +102,16 @@ def design_level(
         raise InputError(
             f"Unknown type of level '{level_type}'.", f"Give one of {', '.join(LEVEL_TYPES)}."
         )
+    wanted = route or RouteRules()
+    wanted.check(level_type)
     asked = _rules_of(rules, level_type)
     bare = room_problem(floor, templates, asked, "level")
     progress, begun = progress or Silent(), time.monotonic()
     told = ""
     for attempt in range(ATTEMPTS):
         chosen, remarks = _sinks(floor, bare.network.candidate, level_type, places, attempt)
-        strict = dataclasses.replace(bare, network=_route(bare.network, chosen, level_type))
+        own = dataclasses.replace(bare, treasures=_treasures(wanted, chosen, level_type))
+        strict = dataclasses.replace(own, network=_route(bare.network, chosen, level_type, wanted))
         left = asked.time_limit - (time.monotonic() - begun)
         try:
             plan = solve_storey(strict, dataclasses.replace(asked, time_limit=left), progress)
@@ -117,8 +126,9 @@ def design_level(
             told = str(chosen)
     sinks = np.zeros(len(floor.sinks), dtype=np.bool_)
     sinks[chosen] = True
-    network = dataclasses.replace(bare.network, sinks=sinks)
-    problem = dataclasses.replace(bare, network=network)
+    limits = strict.network.requirements
+    network = dataclasses.replace(bare.network, sinks=sinks, requirements=limits)
+    problem = dataclasses.replace(own, network=network)
     used = dataclasses.replace(floor, sinks=sinks)
     goal = chosen[1] if len(chosen) > 1 else None
     moved = _moved(floor, chosen, places)
@@ -134,7 +144,36 @@ def _rules_of(rules: RoomRules, level_type: LevelType) -> RoomRules:
     )
 
 
-def _route(network: NetworkProblem, chosen: Sequence[int], level_type: str) -> NetworkProblem:
+def _treasures(
+    wanted: RouteRules, chosen: Sequence[int], level_type: LevelType
+) -> Optional[Treasures]:
+    """Return how many dead ends make the number of treasure rooms that is asked for.
+
+    Without a second place the goal is put into the farthest dead end, which is then no treasure
+    room.
+    """
+    number = wanted.treasures
+    if number is None or level_type != "branching":
+        return None
+    if len(chosen) > 1:
+        return Treasures(number, number, (chosen[0], chosen[1]))
+    return Treasures(number + 1 if number else 0, number + 1, (chosen[0],))
+
+
+def _limits(network: NetworkProblem, wanted: RouteRules) -> tuple[Requirement, ...]:
+    """Return what is asked of the length of a route."""
+    metres, unit = network.mesh.lengths, network.mesh.edge_length
+    found: list[Requirement] = []
+    if wanted.least_length > 0:
+        found.append(LeastLength(metres, wanted.least_length, unit))
+    if math.isfinite(wanted.most_length):
+        found.append(LengthBudget(metres, wanted.most_length, unit))
+    return tuple(found)
+
+
+def _route(
+    network: NetworkProblem, chosen: Sequence[int], level_type: str, wanted: RouteRules
+) -> NetworkProblem:
     """Return the network of a route in one piece from its start, with the ends that are asked for.
 
     Only the start is a sink, so that all of the route hangs together; several would allow a piece
@@ -159,7 +198,12 @@ def _route(network: NetworkProblem, chosen: Sequence[int], level_type: str) -> N
                 patterns.append(Pattern((e,), others, math.inf, "dead end"))
     ends = 0.0 if level_type == "linear" else network.dead_ends
     return dataclasses.replace(
-        network, sinks=sinks, clauses=clauses, patterns=patterns, dead_ends=ends
+        network,
+        sinks=sinks,
+        clauses=clauses,
+        patterns=patterns,
+        dead_ends=ends,
+        requirements=_limits(network, wanted),
     )
 
 

@@ -102,9 +102,9 @@ def solve_rooms(
         # while a model was being built
         possible = True
     if not possible:
-        raise InfeasibleError(_IMPOSSIBLE[problem.kind])
+        raise InfeasibleError(_IMPOSSIBLE[problem.kind] + _loosen(problem))
     if run.best is None:
-        raise _none_yet(run)
+        raise _none_yet(run, problem)
     run.report()
     return _plan(run, rooms)
 
@@ -148,13 +148,23 @@ def _design(rooms: RoomIndex, active: BoolArray, chosen: Sequence[int]) -> BoolA
     return np.concatenate([np.asarray(active, dtype=bool), placed])
 
 
-def _none_yet(run: Incumbent) -> Exception:
+def _loosen(problem: RoomProblem) -> str:
+    """Return what else may be given up: limits of the route of a level."""
+    wishes = []
+    if problem.kind == "level" and problem.network.requirements:
+        wishes.append("the limits of the length of the route")
+    if problem.treasures is not None:
+        wishes.append("the number of treasure rooms")
+    return f" Loosening {' or '.join(wishes)} may help." if wishes else ""
+
+
+def _none_yet(run: Incumbent, problem: RoomProblem) -> Exception:
     """Return the error of a run that ends before any plan was found."""
     if run.cancelled():
         return CancelledError(_TOO_EARLY)
     return InfeasibleError(
         f"No plan was found in {run.deadline.elapsed:.0f} s, and none was proven impossible. "
-        "Allow more time or more shapes, small ones above all."
+        f"Allow more time or more shapes, small ones above all.{_loosen(problem)}"
     )
 
 

@@ -97,6 +97,26 @@ class CountRule:
     most: float
 
 
+@dataclass(frozen=True)
+class Treasures:
+    """How many blocks of a level are dead ends: blocks with one passage, away from some places.
+
+    A passage is a vertex where the route gets from one block into another. CND-x 5.3 asks "whether
+    branches or deadends are allowed" in the graph of the blocks; this counts them.
+
+    Attributes
+    ----------
+    least, most
+        Their number lies between them.
+    apart
+        Vertices, start and goal above all; blocks in which the route touches one do not count.
+    """
+
+    least: int
+    most: int
+    apart: tuple[int, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class RoomProblem:
     """Rooms that tile a mesh, and corridors that reach them or a route that runs through them.
@@ -116,6 +136,8 @@ class RoomProblem:
         Shape (m,). Faces to be tiled; the others are obstacles.
     counts
         Limits of numbers and areas.
+    treasures
+        Number of dead ends of a level; None for any.
     """
 
     kind: Kind
@@ -124,6 +146,7 @@ class RoomProblem:
     placements: Placements
     floor: BoolArray
     counts: tuple[CountRule, ...] = ()
+    treasures: Treasures | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -169,6 +169,10 @@ def read_demand(
     rules.check()
     site = read_union(layers.site, network.crs, layers.name("site"))
     is_site = layers.site is not None
+    if is_site and site.is_empty:
+        raise InputError(
+            "has no polygon.", "Choose the site, or no layer.", layer=layers.name("site")
+        )
     ground = ground_of(network, site if is_site else None)
     inner = inner_pieces(network, ground, is_site=is_site)
     ask(progress, _WORK)
@@ -178,14 +182,15 @@ def read_demand(
         name = layers.name("gates")
         gates = gates_of_layer(layers.gates, network, name, rules.gate_reach_m, problems)
     _check_gates(gates, rules)
-    spread = _spread(network, ground, inner, layers, rules)
+    spread = _spread(network, ground, inner, layers, rules, problems)
     ask(progress, _WORK)
     places = _places(network, *spread, gates)
     vehicles = rules.density * ground.area / 1e6
     trips = _trips(network, places, rules, vehicles)
     if layers.flows is not None:
-        ends = ends_of(network, places, layers.zones, layers.name("zones"))
-        given = given_trips(layers.flows, network, ends, layers.name("flows"), problems)
+        ends = ends_of(network, places, layers.zones, layers.name("zones"), problems)
+        name = layers.name("flows")
+        given = given_trips(layers.flows, network, ends, name, problems, progress)
         for kind, more in given.items():
             trips[kind] = trips[kind] + more if kind in trips else more
     return Demand(places, {kind: trips[kind] for kind in KINDS if kind in trips})
@@ -226,11 +231,14 @@ def _spread(
     inner: np.ndarray[tuple[int], np.dtype[np.bool_]],
     layers: DemandLayers,
     rules: DemandRules,
+    problems: Problems,
 ) -> tuple[IntArray, FloatArray, FloatArray]:
     """Piece, metres along it and weight of each interior place."""
     if layers.weights is not None:
         name = layers.name("weights")
         points, weight = weighted_samples(layers.weights, network, name, layers.weight_field)
+        if layers.site is not None:
+            points, weight = _in_site(network, ground, points, weight, name, problems)
     else:
         points = even_samples(ground)
         weight = np.ones(len(points))
@@ -246,6 +254,30 @@ def _spread(
         kept[found[0][heavy]] = True
         found = gather(network, kept, points, weight, np.inf)
     return found
+
+
+def _in_site(
+    network: TrafficNetwork,
+    ground: shapely.Geometry,
+    points: FloatArray,
+    weight: FloatArray,
+    layer: str,
+    problems: Problems,
+) -> tuple[FloatArray, FloatArray]:
+    """Leave out what stands outside of the site: layers of buildings hold the whole town."""
+    shapely.prepare(ground)
+    own = shapely.contains_xy(ground, points[:, 0], points[:, 1])
+    if not weight[own].sum() > 0:
+        raise InputError(
+            "has nothing with a weight inside the site.",
+            "Choose the layer of this site, or none.",
+            layer=layer,
+        )
+    if not own.all():
+        text = f"{(~own).sum()} of {len(own)} features lie outside of the site"
+        what = "left out: no traffic of the site comes from them"
+        problems.add(layer, "", text, what, "info", None, network.crs)
+    return points[own], weight[own]
 
 
 def _places(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import geopandas as gpd
@@ -13,8 +13,11 @@ from scipy.spatial import cKDTree
 
 from ..errors import InputError
 from ..measure.street_input import lines_of
+from ..progress import Progress, Silent
 from ..site.crs import layer_crs
 from ..site.repair import Problems
+from ..site.watch import ask
+from .gates import name_of, names_within
 from .speeds import numbers_of
 from .types import (
     BOUNDARY_BOUNDARY,
@@ -32,6 +35,8 @@ FROM, TO, VEHICLES = "from", "to", "vehicles_h"
 INTERIOR = "interior"
 #: Places listed in a message, at most.
 _LISTED = 12
+#: What goes on here, for those who cancel it.
+_WORK = "the given flows were read"
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +57,11 @@ class Ends:
 
 
 def ends_of(
-    network: TrafficNetwork, places: Places, zones: gpd.GeoDataFrame | None, layer: str
+    network: TrafficNetwork,
+    places: Places,
+    zones: gpd.GeoDataFrame | None,
+    layer: str,
+    problems: Problems,
 ) -> Ends:
     """Name all that flows may begin and end at.
 
@@ -63,9 +72,11 @@ def ends_of(
     places
         The places.
     zones
-        Polygons with a field `name`, in any CRS, or None.
+        Polygons with a field `name`, in any CRS, or None. Those of one name are one zone.
     layer
         Name of the layer of zones, for messages.
+    problems
+        Told of zones that are called as a gate; then the zone counts.
 
     Raises
     ------
@@ -73,19 +84,36 @@ def ends_of(
         If the zones have no CRS or no names, or a zone holds no place.
     """
     found: dict[str, FloatArray] = {}
-    for name in dict.fromkeys(str(n).lower() for n in places.name[places.gates]):
-        own = np.array([str(n).lower() == name for n in places.name]) & places.gates
-        found[name] = own / own.sum()
+    for k in np.flatnonzero(places.gates).tolist():
+        for name in names_within(str(places.name[k])):
+            found.setdefault(name, np.zeros(len(places.piece)))[k] = 1.0
+    found = {name: own / own.sum() for name, own in found.items()}
     if places.weight.sum() > 0:
         found.setdefault(INTERIOR, places.weight / places.weight.sum())
-    if zones is None:
-        return Ends(places, found)
+    if zones is not None:
+        for name, (own, shape) in _zones(network, places, zones, layer).items():
+            if name in found:
+                text = f"zone '{name}' is also the name of a gate"
+                what = "flows go to the zone: name one of them otherwise"
+                problems.add(layer, "", text, what, "warning", shape, network.crs)
+            found[name] = own / own.sum()
+    return Ends(places, found)
+
+
+def _zones(
+    network: TrafficNetwork, places: Places, zones: gpd.GeoDataFrame, layer: str
+) -> dict[str, tuple[FloatArray, shapely.Geometry]]:
+    """Weights of the places in each zone, and a polygon of it, by its name in lower case."""
     layer_crs(zones, layer)
     if "name" not in zones.columns:
         raise InputError("has no field 'name'.", "Name the zones.", layer=layer)
     xy = shapely.line_interpolate_point(network.lines[places.piece], places.along)
     shapes = shapely.make_valid(shapely.force_2d(zones.geometry.to_crs(network.crs).to_numpy()))
-    for k, (name, shape) in enumerate(zip(zones["name"], shapes)):
+    found: dict[str, tuple[FloatArray, shapely.Geometry]] = {}
+    for k, (value, shape) in enumerate(zip(zones["name"], shapes)):
+        name = name_of(value).lower()
+        if not name:
+            continue  # no flow can mean it
         own = np.where(shapely.intersects(shape, xy), places.weight, 0.0)
         if not own.sum() > 0:
             raise InputError(
@@ -94,12 +122,18 @@ def ends_of(
                 layer=layer,
                 feature=str(zones.index[k]),
             )
-        found[str(name).strip().lower()] = own / own.sum()
-    return Ends(places, found)
+        # a place on the border of two parts is in the zone once
+        found[name] = (np.maximum(own, found[name][0]) if name in found else own), shape
+    return found
 
 
 def given_trips(
-    frame: pd.DataFrame, network: TrafficNetwork, ends: Ends, layer: str, problems: Problems
+    frame: pd.DataFrame,
+    network: TrafficNetwork,
+    ends: Ends,
+    layer: str,
+    problems: Problems,
+    progress: Progress | None = None,
 ) -> dict[str, FloatArray]:
     """Read flows between named places, or along lines between gates.
 
@@ -117,6 +151,8 @@ def given_trips(
         Name of the layer, for messages.
     problems
         Told of flows that are left out.
+    progress
+        Asked for cancellation, or None.
 
     Returns
     -------
@@ -127,7 +163,10 @@ def given_trips(
     ------
     InputError
         If a field is missing, a name is unknown, or a volume is negative or missing.
+    CancelledError
+        If the caller cancels.
     """
+    progress = progress or Silent()
     if VEHICLES not in frame.columns:
         raise InputError(
             f"has no field '{VEHICLES}'.", "Give it vehicles per hour there.", layer=layer
@@ -145,27 +184,32 @@ def given_trips(
     size = len(ends.places.piece)
     found: dict[str, FloatArray] = {}
     for k in range(len(frame)):
-        trips = np.outer(begin[k], end[k])
-        np.fill_diagonal(trips, 0.0)
+        ask(progress, _WORK)
         if volume[k] == 0:
             continue
+        # a matrix has many rows, and each concerns few of the places
+        start, stop = np.flatnonzero(begin[k]), np.flatnonzero(end[k])
+        trips = np.outer(begin[k][start], end[k][stop])
+        trips[start[:, None] == stop] = 0.0
         if not trips.sum() > 0:
             text = f"{volume[k]:g} vehicles/h begin and end at the same place"
             crs = network.crs
             problems.add(layer, frame.index[k], text, "left out", "warning", None, crs)
             continue
         own = found.setdefault(_kind(ends.places, begin[k], end[k]), np.zeros((size, size)))
-        own += volume[k] * trips / trips.sum()
+        own[np.ix_(start, stop)] += volume[k] * trips / trips.sum()
     return found
 
 
-def _named(frame: pd.DataFrame, ends: Ends, layer: str) -> tuple[FloatArray, FloatArray]:
-    """Shares of all places, shapes (rows, p), of the names of origins and destinations."""
+def _named(
+    frame: pd.DataFrame, ends: Ends, layer: str
+) -> tuple[Sequence[FloatArray], Sequence[FloatArray]]:
+    """Shares of all places, rows of shape (p,), of the names of origins and destinations."""
     found = []
     for name in (FROM, TO):
         rows = []
         for k, value in enumerate(frame[name].tolist()):
-            text = _text(value)
+            text = name_of(value)
             if text.lower() not in ends.by_name:
                 known = ", ".join(list(ends.by_name)[:_LISTED])
                 raise InputError(
@@ -175,19 +219,13 @@ def _named(frame: pd.DataFrame, ends: Ends, layer: str) -> tuple[FloatArray, Flo
                     feature=str(frame.index[k]),
                 )
             rows.append(ends.by_name[text.lower()])
-        found.append(np.array(rows).reshape(len(frame), len(ends.places.piece)))
+        found.append(rows)
     return found[0], found[1]
-
-
-def _text(value: object) -> str:
-    """Return a name as text; tables turn 3 into 3.0 where a number is missing."""
-    whole = isinstance(value, float) and value.is_integer()
-    return str(int(value) if whole and isinstance(value, float) else value).strip()
 
 
 def _drawn(
     frame: pd.DataFrame, network: TrafficNetwork, ends: Ends, layer: str
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[Sequence[FloatArray], Sequence[FloatArray]]:
     """Shares of all places of the gates nearest to both ends of lines, shapes (rows, p)."""
     places = ends.places
     gates = np.flatnonzero(places.gates)
@@ -210,7 +248,7 @@ def _drawn(
             )  # fmt: skip
         xy = shapely.get_coordinates(line)[[0, -1]]
         shares[[0, 1], k, gates[tree.query(xy)[1]]] = 1.0
-    return shares[0], shares[1]
+    return list(shares[0]), list(shares[1])
 
 
 def _kind(places: Places, begin: FloatArray, end: FloatArray) -> str:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import geopandas as gpd
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 import shapely
 from scipy.spatial import cKDTree
 
@@ -20,6 +22,8 @@ from .types import BoolArray, FloatArray, IntArray, TrafficNetwork
 _NEAR_EDGE, _ON_HULL = 30.0, 5.0
 #: What the field `is_sink` of junctions says of exits.
 _YES = ("true", "1", "1.0", "yes", "t")
+#: Stands between the names of gates that share a node.
+_AND = " / "
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,10 +69,16 @@ def gates_of_layer(
     Raises
     ------
     InputError
-        If the layer has no CRS, or no point is near a street.
+        If the layer has no CRS, no junction is an exit, or no point is near a street.
     """
     source = layer_crs(frame, layer)
     exits = _exits(frame)
+    if len(frame) and not exits.any():
+        raise InputError(
+            "has no exit: is_sink is true nowhere.",
+            "Choose the junctions of a design with exits, or leave the layer empty.",
+            layer=layer,
+        )
     usable = ~(frame.geometry.isna() | frame.geometry.is_empty).to_numpy() & exits
     rows = np.flatnonzero(usable)
     places = shapely.centroid(frame.geometry.iloc[rows].to_crs(network.crs).to_numpy())
@@ -83,15 +93,14 @@ def gates_of_layer(
             problems.add(layer, frame.index[row], text, what, "warning", shape, source)
             continue
         own = frame["name"].iloc[row] if "name" in frame.columns else None
-        known = own is not None and own == own and str(own).strip()
-        names.setdefault(int(node[k]), []).append(str(own).strip() if known else "")
+        names.setdefault(int(node[k]), []).append(name_of(own))
     if not names:
         raise InputError(
             f"has no point within {reach_m:g} m of an end or a junction of the streets.",
             "Choose the access points of this site, or leave the layer empty.",
             layer=layer,
         )
-    texts = [" / ".join(dict.fromkeys(n for n in found if n)) for found in names.values()]
+    texts = [_AND.join(dict.fromkeys(n for n in found if n)) for found in names.values()]
     return _named(np.array(list(names), dtype=np.int64), texts)
 
 
@@ -132,6 +141,33 @@ def gates_at_edge(
     return _named(node, [""] * len(node))
 
 
+def name_of(value: object) -> str:
+    """Return what a field says as a name, empty where it says nothing.
+
+    Whole numbers are written without decimals: tables turn 3 into 3.0 where a number is missing.
+
+    Parameters
+    ----------
+    value
+        Of any field.
+    """
+    if value is None or value is pd.NA or value != value:
+        return ""
+    whole = isinstance(value, float) and value.is_integer()
+    return str(int(value) if whole and isinstance(value, float) else value).strip()
+
+
+def names_within(name: str) -> list[str]:
+    """Give all names that a gate goes by, in lower case: several points may share its node.
+
+    Parameters
+    ----------
+    name
+        Name of a gate.
+    """
+    return list(dict.fromkeys(part.lower() for part in (name, *name.split(_AND))))
+
+
 def _outside(ground: shapely.Geometry, nodes: FloatArray) -> BoolArray:
     shapely.prepare(ground)
     return ~np.asarray(shapely.contains_xy(ground, nodes[:, 0], nodes[:, 1]))
@@ -144,6 +180,10 @@ def _exits(frame: gpd.GeoDataFrame) -> BoolArray:
 
 
 def _named(node: IntArray, names: list[str]) -> Gates:
-    """Name gates without a name by their number."""
-    texts = [name or str(k) for k, name in enumerate(names, 1)]
+    """Name gates without a name by their number, or by a later one where it is a name."""
+    taken = {part for name in names for part in names_within(name)}
+    spare = (str(k) for k in itertools.count(len(names) + 1) if str(k) not in taken)
+    texts = [
+        name or (str(k) if str(k) not in taken else next(spare)) for k, name in enumerate(names, 1)
+    ]
     return Gates(node, np.array(texts, dtype=object))

@@ -97,15 +97,25 @@ def even_samples(ground: shapely.Geometry, count: int = _SAMPLES) -> FloatArray:
         About how many.
     """
     step = math.sqrt(ground.area / count)
-    west, south, east, north = ground.bounds
-    x = np.arange(west + step / 2, east, step)
-    y = np.arange(south + step / 2, north, step)
-    points = np.array(np.meshgrid(x, y)).reshape(2, -1).T
-    shapely.prepare(ground)
-    found = points[shapely.contains_xy(ground, points[:, 0], points[:, 1])]
-    if len(found):
-        return np.asarray(found, dtype=np.float64)
+    west, south = ground.bounds[:2]
+    found = []
+    # Part by part: between parts that lie far apart there may be any number of points.
+    for part in shapely.get_parts(ground):
+        low_x, low_y, high_x, high_y = part.bounds
+        x = _ticks(west + step / 2, step, low_x, high_x)
+        y = _ticks(south + step / 2, step, low_y, high_y)
+        points = np.array(np.meshgrid(x, y)).reshape(2, -1).T
+        shapely.prepare(part)
+        found.append(points[shapely.contains_xy(part, points[:, 0], points[:, 1])])
+    if sum(map(len, found)):
+        return np.asarray(np.concatenate(found), dtype=np.float64)
     return np.asarray(shapely.get_coordinates(ground.representative_point()), dtype=np.float64)
+
+
+def _ticks(first: float, step: float, low: float, high: float) -> FloatArray:
+    """Numbers first + k * step from low to high, k from 0."""
+    begin = max(0, math.ceil((low - first) / step))
+    return np.asarray(first + step * np.arange(begin, math.floor((high - first) / step) + 1))
 
 
 def weighted_samples(
@@ -132,7 +142,8 @@ def weighted_samples(
     Raises
     ------
     InputError
-        If the layer has no CRS, the field is missing, or no weight is greater than 0.
+        If the layer has no CRS, the field is missing, a weight is negative or not finite, or none
+        is greater than 0.
     """
     layer_crs(frame, layer)
     if field and field not in frame.columns:
@@ -140,13 +151,15 @@ def weighted_samples(
     usable = ~(frame.geometry.isna() | frame.geometry.is_empty)
     shapes = frame.geometry[usable].to_crs(network.crs)
     if field:
-        weight = np.nan_to_num(numbers_of(frame, field)[usable.to_numpy()])
+        own = numbers_of(frame, field)[usable.to_numpy()]
+        weight = np.where(np.isnan(own), 0.0, own)
     else:
         area = shapes.area.to_numpy()
         weight = np.where(area > 0, area, 1.0) if not (area > 0).any() else area
-    if (weight < 0).any():
-        row = frame.index[usable.to_numpy()][int(np.argmin(weight))]
-        raise InputError("The weight is negative.", "Mend it.", layer=layer, feature=str(row))
+    for wrong, text in ((weight < 0, "negative"), (np.isinf(weight), "not finite")):
+        for row in frame.index[usable.to_numpy()][wrong]:
+            msg = f"The weight is {text}."
+            raise InputError(msg, "Mend it.", layer=layer, feature=str(row))
     if not weight.sum() > 0:
         raise InputError("has no weight greater than 0.", "Choose another field.", layer=layer)
     points = shapely.point_on_surface(shapes.to_numpy())

@@ -156,9 +156,7 @@ def assign_traffic(
         If the caller cancels before there is anything to keep.
     """
     options, progress = options or TrafficOptions(), progress or Silent()
-    if options.method not in METHODS:
-        raise InputError(f"There is no method '{options.method}'.", f"Give one of {METHODS}.")
-    options.equilibrium.check()
+    _check(options)
     traffic = read_traffic(streets, layers, options, layer, Share(progress, 0.0, 0.5))
     return report_traffic(traffic, options, Share(progress, 0.5, 1.0))
 
@@ -177,10 +175,13 @@ def report_traffic(
 
     Raises
     ------
+    InputError
+        If there is no such method, or a number cannot be used.
     CancelledError
         If the caller cancels before there is anything to keep.
     """
     options, progress = options or TrafficOptions(), progress or Silent()
+    _check(options)
     progress.stage("Assigning the traffic", 0.0)
     network, demand, crs = traffic.network, traffic.demand, traffic.streets.crs
     if options.method == EQUILIBRIUM:
@@ -197,3 +198,9 @@ def report_traffic(
         numbers_of_traffic(network, demand, found),
         found,
     )
+
+
+def _check(options: TrafficOptions) -> None:
+    if options.method not in METHODS:
+        raise InputError(f"There is no method '{options.method}'.", f"Give one of {METHODS}.")
+    options.equilibrium.check()

@@ -88,6 +88,14 @@ class DesignFloor(Tool):
             minimum=0.5,
             maximum=100.0,
         )
+        yield parameters.flag(
+            "MESH",
+            "Footprints are cells of a mesh",
+            "Each polygon is a cell: quadrilaterals that share whole sides, drawn by hand or faces "
+            "of Candidate mesh. Their outline is the footprint, and the module does not count.",
+            default=False,
+            advanced=True,
+        )
         yield from roominputs.shapes("office")
         yield parameters.layer(
             "SINKS",
@@ -130,6 +138,12 @@ class DesignFloor(Tool):
         for own in made:
             if own.error is not None:
                 progress.warn(f"Storey {own.floor.storey}: {own.error}")
+        for own in made:
+            if own.links_missing:
+                progress.warn(
+                    f"Storey {own.floor.storey}: {own.links_missing} of {own.links} short ways "
+                    "between its parts are missing; they would cost more than they are worth."
+                )
         plans = [own.plan for own in made if own.plan is not None]
         objective, bound = sum(p.objective for p in plans), sum(p.bound for p in plans)
         return Result(
@@ -146,6 +160,7 @@ class DesignFloor(Tool):
                 {
                     "rules": dataclasses.asdict(rules),
                     "module": request.number("MODULE"),
+                    "mesh": request.flag("MESH"),
                     "shapes": request.word("TEMPLATE_SET"),
                 }
             ),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar
@@ -124,6 +125,7 @@ class DesignGameLevel(Tool):
             "polygon",
             optional=True,
         )
+        yield from _route_inputs()
         yield from roominputs.search(20.0)
         yield parameters.number(
             "TILES",
@@ -137,7 +139,8 @@ class DesignGameLevel(Tool):
         )
 
     def check(self, request: Request) -> None:
-        """Check the name of the map before any work is done."""
+        """Check wishes for the route and the name of the map before any work is done."""
+        _route_rules(request).check(_level_type(request))
         path = files.place(request, "TILED_FILE")
         kind = self.files["TILED_FILE"]
         endings = [f".{own}" for own in (kind.ending, *kind.others)]
@@ -182,6 +185,9 @@ class DesignGameLevel(Tool):
             specification=to_json(
                 {
                     "level_type": request.word("LEVEL_TYPE"),
+                    "least_length": request.number("MIN_LENGTH"),
+                    "most_length": request.optional_number("MAX_LENGTH"),
+                    "treasures": request.optional_number("TREASURE_ROOMS"),
                     "module": request.number("MODULE"),
                     "shapes": request.word("TEMPLATE_SET"),
                     "seed": request.integer("SEED"),
@@ -190,6 +196,56 @@ class DesignGameLevel(Tool):
             keep=True,
             files=contents,
         )
+
+
+def _route_inputs() -> Iterator[QgsProcessingParameterDefinition]:
+    """Yield what is asked of the route."""
+    yield parameters.number(
+        "MIN_LENGTH",
+        "Least length of the route",
+        "All of the route together, branches too, is at least this long; 0 for any length. It runs "
+        "along cells, so leave two or three cells between least and greatest length.",
+        unit="m",
+        default=0.0,
+        minimum=0.0,
+        advanced=True,
+    )
+    yield parameters.number(
+        "MAX_LENGTH",
+        "Greatest length of the route",
+        "All of the route together, branches too, is at most this long. Empty: any length.",
+        unit="m",
+        minimum=0.0,
+        advanced=True,
+    )
+    yield parameters.number(
+        "TREASURE_ROOMS",
+        "Number of treasure rooms",
+        "Exactly so many blocks, start and goal left out, have one passage only. Branching levels "
+        "have them; 0 for none. Empty: any number.",
+        minimum=0,
+        maximum=10_000,
+        integer=True,
+        advanced=True,
+    )
+
+
+def _route_rules(request: Request) -> Any:
+    """Return the `RouteRules` that are asked for."""
+    from ...algorithms.rooms.rules import RouteRules
+
+    most = request.optional_number("MAX_LENGTH")
+    rooms = request.has("TREASURE_ROOMS")
+    return RouteRules(
+        least_length=request.number("MIN_LENGTH"),
+        most_length=math.inf if most is None else most,
+        treasures=request.integer("TREASURE_ROOMS") if rooms else None,
+    )
+
+
+def _level_type(request: Request) -> Any:
+    """Return the type of level, a `LevelType`."""
+    return request.word("LEVEL_TYPE")
 
 
 def _ground(request: Request, progress: FeedbackProgress) -> tuple[Any, list[Any]]:
@@ -235,7 +291,9 @@ def _design(request: Request, floor: Any, places: list[Any], progress: FeedbackP
     rules = RoomRules(time_limit=request.number("TIME_LIMIT"), seed=request.integer("SEED"))
     templates = roominputs.templates_of(request, progress)
     progress.stage("Searching for blocks and a route", 0.05)
-    return design_level(floor, templates, rules, request.word("LEVEL_TYPE"), places, progress)
+    return design_level(
+        floor, templates, rules, _level_type(request), places, progress, _route_rules(request)
+    )
 
 
 def _tiled(

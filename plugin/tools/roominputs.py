@@ -90,6 +90,23 @@ DEAD_ENDS = {
 }
 
 
+#: Places where corridors fork (`RoomRules.branches`).
+BRANCHES = {
+    "allow": ("they cost nothing", 0.0),
+    "avoid": ("few: each costs as much as three cells of corridor", 3.0),
+    "forbid": ("none: each corridor is one way or one ring", math.inf),
+}
+#: What ways are for (`RoomRules.links`): the cost of each that is missing.
+WAYS = {
+    "to exits": ("corridors lead from every room to an exit", 0.0),
+    "to exits and within": (
+        "besides, ways between neighbouring parts of the storey are short; each that is missing "
+        "costs as much as six cells of corridor",
+        6.0,
+    ),
+}
+
+
 def corridors() -> Iterator[QgsProcessingParameterDefinition]:
     """Yield what corridors should do."""
     yield parameters.number(
@@ -117,6 +134,14 @@ def corridors() -> Iterator[QgsProcessingParameterDefinition]:
         "Ends of corridors that are no exits.",
         {word: text for word, (text, _) in DEAD_ENDS.items()},
         default="avoid",
+        advanced=True,
+    )
+    yield parameters.choice(
+        "BRANCHES",
+        "Branches",
+        "Places where three corridors or more meet.",
+        {word: text for word, (text, _) in BRANCHES.items()},
+        default="allow",
         advanced=True,
     )
     yield parameters.flag(
@@ -151,6 +176,24 @@ def _wishes() -> Iterator[QgsProcessingParameterDefinition]:
             maximum=1000.0,
             advanced=True,
         )
+    yield parameters.choice(
+        "WAYS",
+        "Ways",
+        "Between which places people go (CND section 4.2, point-to-point).",
+        {word: text for word, (text, _) in WAYS.items()},
+        default="to exits",
+        advanced=True,
+    )
+    yield parameters.number(
+        "PART_SIZE",
+        "Size of parts",
+        "With ways within: side of the parts of a storey between which ways are short. Empty: six "
+        "cells.",
+        unit="m",
+        minimum=1.0,
+        maximum=1000.0,
+        advanced=True,
+    )
     yield parameters.layer(
         "CORRIDORS_GIVEN",
         "Given corridors",
@@ -171,16 +214,16 @@ def rules_of(request: Request) -> Any:
     """
     from ...algorithms.rooms.rules import RoomRules
 
-    width, module = request.number("CORRIDOR_WIDTH"), request.number("MODULE")
-    if width > WIDEST * module:
-        raise InputError(
-            f"A corridor width of {width:g} m leaves too little of cells of {module:g} m.",
-            f"Give at most {WIDEST * module:.2f} m, or a larger module.",
-        )
+    width = request.number("CORRIDOR_WIDTH")
+    if not request.flag("MESH"):
+        check_width(width, request.number("MODULE"))
     return RoomRules(
         weight_length=request.number("WEIGHT_LENGTH"),
         weight_distance=request.number("WEIGHT_DISTANCE"),
         dead_ends=DEAD_ENDS[request.word("DEAD_ENDS")][1],
+        branches=BRANCHES[request.word("BRANCHES")][1],
+        links=WAYS[request.word("WAYS")][1],
+        part_size=request.optional_number("PART_SIZE"),
         too_close=0.0 if request.flag("CLOSE") else math.inf,
         outer=request.flag("OUTER"),
         corridor_width=width,
@@ -189,27 +232,45 @@ def rules_of(request: Request) -> Any:
     )
 
 
-def floors_of(request: Request, progress: FeedbackProgress) -> Any:
-    """Return the storeys of all footprints as meshes."""
-    from ...algorithms.rooms.floors import LayerNames, floors_of
+def check_width(width: float, module: float) -> None:
+    """Raise `InputError` where corridors leave nothing of the cells beside them."""
+    if width > WIDEST * module:
+        raise InputError(
+            f"A corridor width of {width:g} m leaves too little of cells of {module:g} m.",
+            f"Give at most {math.floor(100 * WIDEST * module) / 100:.2f} m, or larger cells.",
+        )
 
-    names = LayerNames(
-        footprints=request.name("INPUT"),
-        sinks=request.name("SINKS"),
-        obstacles=request.name("OBSTACLES"),
-        corridors=request.name("CORRIDORS_GIVEN"),
-    )
+
+def floors_of(request: Request, progress: FeedbackProgress) -> Any:
+    """Return the storeys of all footprints as meshes, or those of a mesh that is given.
+
+    Raises
+    ------
+    InputError
+        A layer cannot be used, or corridors are too wide for the cells.
+    """
+    from ...algorithms.rooms.floors import LayerNames, floors_of, floors_of_mesh
+
     storeys = request.optional_number("STOREYS")
-    return floors_of(
-        request.frame("INPUT", progress),
-        module=request.number("MODULE"),
-        sinks=request.frame("SINKS", progress),
-        obstacles=request.frame("OBSTACLES", progress),
-        corridors=request.frame("CORRIDORS_GIVEN", progress),
-        storeys=None if storeys is None else int(storeys),
-        names=names,
-        progress=progress,
-    )
+    given: dict[str, Any] = {
+        "sinks": request.frame("SINKS", progress),
+        "obstacles": request.frame("OBSTACLES", progress),
+        "corridors": request.frame("CORRIDORS_GIVEN", progress),
+        "storeys": None if storeys is None else int(storeys),
+        "names": LayerNames(
+            footprints=request.name("INPUT"),
+            sinks=request.name("SINKS"),
+            obstacles=request.name("OBSTACLES"),
+            corridors=request.name("CORRIDORS_GIVEN"),
+        ),
+        "progress": progress,
+    }
+    frame = request.frame("INPUT", progress)
+    if not request.flag("MESH"):
+        return floors_of(frame, module=request.number("MODULE"), **given)
+    found = floors_of_mesh(frame, **given)
+    check_width(request.number("CORRIDOR_WIDTH"), min(own.mesh.edge_length for own in found))
+    return found
 
 
 def templates_of(request: Request, progress: FeedbackProgress) -> Any:

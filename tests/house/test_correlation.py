@@ -9,6 +9,8 @@ import re
 import geopandas as gpd
 import pytest
 from PIL import Image
+from platwright.errors import MissingDependencyError
+from platwright.traffic.sumo import find_sumo
 
 from house import ROOT
 
@@ -74,7 +76,11 @@ def test_every_site_is_on_the_page_with_its_pictures(path):
 @pytest.mark.slow
 def test_one_scenario_from_the_design_to_the_simulator(scripts):
     """The ground as it is and the network for trips within, for two hours."""
-    pytest.importorskip("sumo", reason="Eclipse SUMO absent: pip install eclipse-sumo")
+    try:
+        # importing the package would set PROJ_LIB for all tests after this one
+        find_sumo()
+    except MissingDependencyError:
+        pytest.skip("Eclipse SUMO absent: pip install eclipse-sumo")
     _, study = scripts
     try:
         asked = study.read(ROOT / "figures" / "traffic" / "locust_point.json")

@@ -13,7 +13,7 @@ from platwright.network.checks.validation import check_design, design_cost
 from platwright.network.cp.sat import CpOptions, full_network, run_cp
 from platwright.network.evaluate import Evaluator
 from platwright.network.mip.model import flow_model
-from platwright.network.requirements.budget import LengthBudget
+from platwright.network.requirements.budget import LeastLength, LengthBudget
 from platwright.network.requirements.exits import ExitCount
 from platwright.network.requirements.reach import MaxDistance
 from platwright.network.requirements.spacing import junction_spacing
@@ -27,7 +27,7 @@ FEW = settings(
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )
-LIMITS = ("exits", "budget", "distance", "spacing")
+LIMITS = ("exits", "budget", "least", "distance", "spacing")
 
 
 def draw_limit(data, problem, kind):
@@ -47,6 +47,9 @@ def draw_limit(data, problem, kind):
     if kind == "budget":
         most = data.draw(st.sampled_from([0.0, 35.5, 60.0, 80.0, 120.0, 400.0]))
         return LengthBudget(metres, most, data.draw(st.sampled_from([20.0, 7.3])), penalty)
+    if kind == "least":
+        least = data.draw(st.sampled_from([0.0, 20.0, 47.5, 80.0, 100.0, 160.0]))
+        return LeastLength(metres, least, data.draw(st.sampled_from([20.0, 7.3])), penalty)
     if kind == "distance":
         most = data.draw(st.sampled_from([0.0, 1.0, 1.5, 2.0, 3.0, 4.0]))
         return MaxDistance(most, penalty)

@@ -10,7 +10,7 @@ from platwright.mesh.grids import grid
 from platwright.network.evaluate import evaluate
 from platwright.network.examples import paper_problem
 from platwright.network.requirements import spacing
-from platwright.network.requirements.budget import LengthBudget
+from platwright.network.requirements.budget import LeastLength, LengthBudget
 from platwright.network.requirements.exits import ExitCount, uncounted, with_exits
 from platwright.network.requirements.reach import MaxDistance
 from platwright.network.requirements.spacing import JunctionSpacing, junction_spacing, short_ways
@@ -103,6 +103,23 @@ def test_a_budget_counts_started_units():
         (0.0, 1000.0, 1),
     ):
         assert count(problem, LengthBudget(metres, most, unit), active) == violations
+
+
+def test_started_units_below_the_least_length_are_violations():
+    problem = problem_on(4, 4)
+    metres = np.full(len(problem.mesh.edges), 20.0)
+    active = streets(problem, *CROSS)  # 8 edges, 160 m
+    for least, unit, violations in (
+        (160.0, 20.0, 0),
+        (160.001, 20.0, 1),
+        (180.0, 20.0, 1),
+        (180.001, 20.0, 2),
+        (0.0, 1000.0, 0),
+    ):
+        assert count(problem, LeastLength(metres, least, unit), active) == violations
+    # 0.1 is no binary fraction
+    tenths = LeastLength(np.full(len(problem.mesh.edges), 0.1), 0.8, 1.0)
+    assert count(problem, tenths, active) == 0
 
 
 def test_lengths_that_are_no_whole_numbers_add_up_to_the_budget():
@@ -204,6 +221,9 @@ METRES = np.full(12, 20.0)
         (lambda: LengthBudget(METRES, 100.0, 0.0), "unit of the length budget is 0"),
         (lambda: LengthBudget(-METRES, 100.0, 20.0), "negative"),
         (lambda: LengthBudget(METRES * np.nan, 100.0, 20.0), "no length"),
+        (lambda: LeastLength(METRES, -1.0, 20.0), "least length is -1"),
+        (lambda: LeastLength(METRES, 100.0, 0.0), "unit of the least length is 0"),
+        (lambda: LeastLength(-METRES, 100.0, 20.0), "negative"),
         (lambda: MaxDistance(-2.0), "-2"),
         (lambda: MaxDistance(math.nan), "nan"),
         (lambda: MaxDistance(3.0, penalty=-1.0), "costs -1"),

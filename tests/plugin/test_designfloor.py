@@ -146,3 +146,47 @@ def test_a_cancelled_run_keeps_the_best_plans(toolbox):
     assert time.monotonic() - begin < 40
     assert {row["floor"] for row in made.rows("ROOMS")} == {0}
     assert any("Cancelled" in text for text in listener.warnings)
+
+
+def cells(across, down, side=4):
+    return layer(
+        [box(side * i, side * j, side, side) for j in range(down) for i in range(across)],
+        name="cells",
+    )
+
+
+def test_a_mesh_that_is_given_stands_for_footprint_and_module(toolbox):
+    asked = {**QUICK, "MODULE": 50}
+    made = toolbox.run("designfloor", INPUT=cells(12, 5), MESH=True, STOREYS=2, **asked)
+    faces = made.rows("CELLS")
+    assert len(faces) == 2 * 60
+    assert all(row["geometry"].area() == pytest.approx(16.0) for row in faces)
+    for storey in (0, 1):
+        rows = [*of(made.rows("ROOMS"), storey), *of(made.rows("CORRIDORS"), storey)]
+        assert sum(row["geometry"].area() for row in rows) == pytest.approx(12 * 5 * 16.0)
+
+
+def test_cells_that_leave_a_gap_are_refused_by_name(toolbox):
+    apart = layer([box(0, 0, 4, 4), box(4, 0, 4, 4), box(12, 0, 4, 4)], name="apart")
+    text = complaint(toolbox, INPUT=apart, MESH=True, **QUICK)
+    assert "apart" in text
+    assert "pieces" in text
+
+
+def test_corridors_wider_than_the_cells_of_a_mesh_are_refused(toolbox):
+    text = complaint(toolbox, INPUT=cells(12, 5, side=2), MESH=True, CORRIDOR_WIDTH=1.7, **QUICK)
+    assert "1.60 m" in text
+
+
+def test_no_branches_and_ways_within(toolbox):
+    made = toolbox.run(
+        "designfloor", INPUT=house(), BRANCHES="forbid", WAYS="to exits and within", PART_SIZE=14,
+        **QUICK,
+    )  # fmt: skip
+    lines = [row["geometry"] for row in made.rows("CORRIDOR_LINES")]
+    ends = [
+        (round(p.x(), 2), round(p.y(), 2))
+        for one in lines
+        for p in (one.vertexAt(0), one.vertexAt(one.constGet().nCoordinates() - 1))
+    ]
+    assert max(ends.count(place) for place in ends) <= 2

@@ -167,3 +167,37 @@ def test_start_and_goal_may_be_one_multipoint(toolbox):
     assert not any("was moved" in row["problem"] for row in made.rows("PROBLEMS"))
     assert {row["role"] for row in made.rows("START_GOAL")} == {"start", "goal"}
     assert not any("No place is given" in row["problem"] for row in made.rows("PROBLEMS"))
+
+
+def test_the_route_is_as_long_as_asked_and_has_as_many_treasure_rooms(toolbox):
+    made = toolbox.run(
+        "designgamelevel", INPUT=outline(), MIN_LENGTH=200, MAX_LENGTH=225, TREASURE_ROOMS=3,
+        **QUICK,
+    )  # fmt: skip
+    length = sum(own["geometry"].length() for own in made.rows("ROUTE"))
+    assert 199.9 <= length <= 225.1
+    assert [row["role"] for row in made.rows("BLOCKS")].count("treasure") == 3
+    assert made.results["TREASURES"] == 3
+    places: dict[int, set] = {}
+    for door in made.rows("DOORS"):
+        at = door["geometry"].asPoint()
+        for block in (door["block_a"], door["block_b"]):
+            places.setdefault(block, set()).add((round(at.x(), 3), round(at.y(), 3)))
+    for row in made.rows("BLOCKS"):
+        if row["role"] == "treasure":
+            assert len(places[row["block_id"]]) == 1
+
+
+def test_a_route_that_is_longer_than_the_outline_is_told(toolbox):
+    made = toolbox.run("designgamelevel", INPUT=outline(), MIN_LENGTH=5000, **QUICK)
+    assert made.rows("BLOCKS") == []
+    (row,) = [row for row in made.rows("PROBLEMS") if row["severity"] == "error"]
+    assert "5000 m" in row["problem"]
+    assert "shorter route" in row["action"]
+
+
+def test_wishes_that_contradict_are_refused(toolbox):
+    text = complaint(toolbox, INPUT=outline(), MIN_LENGTH=90, MAX_LENGTH=80, **QUICK)
+    assert "at least 90 m and at most 80 m" in text
+    text = complaint(toolbox, INPUT=outline(), LEVEL_TYPE="linear", TREASURE_ROOMS=2, **QUICK)
+    assert "branching" in text

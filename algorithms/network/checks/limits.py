@@ -12,7 +12,7 @@ from fractions import Fraction
 import networkx as nx
 
 from ..problem import NetworkProblem
-from ..requirements.budget import LengthBudget
+from ..requirements.budget import LeastLength, LengthBudget
 from ..requirements.exits import ExitCount
 from ..requirements.reach import MaxDistance
 from ..requirements.spacing import JunctionSpacing
@@ -51,6 +51,24 @@ def check_budget(
     )
     units = Fraction(over, _whole(requirement.unit, 1000))
     return [one] * max(0, math.ceil(units))
+
+
+def check_least_length(
+    requirement: LeastLength,
+    problem: NetworkProblem,  # noqa: ARG001
+    facts: Facts,
+) -> list[Violation]:
+    """Check that new streets are long enough, in whole millimetres."""
+    total = sum(_whole(requirement.lengths[e], 1000) for e in facts.chosen)
+    short = _whole(requirement.least, 1000) - total
+    text = (
+        f"New streets are {total / 1000:.3f} m long; at least {requirement.least:g} m were "
+        "asked for."
+    )
+    one = Violation(
+        requirement.kind, text, tuple(sorted(facts.chosen)), (), math.isinf(requirement.penalty)
+    )
+    return [one] * max(0, math.ceil(Fraction(short, _whole(requirement.unit, 1000))))
 
 
 def check_distance(

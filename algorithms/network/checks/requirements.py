@@ -11,14 +11,20 @@ from typing import Any
 
 from ..problem import NetworkProblem
 from ..requirements.base import Requirement
-from ..requirements.budget import LengthBudget
+from ..requirements.budget import LeastLength, LengthBudget
 from ..requirements.exits import ExitCount
 from ..requirements.links import Link
 from ..requirements.reach import MaxDistance
 from ..requirements.spacing import JunctionSpacing
 from ..requirements.twoways import TwoWays
 from .facts import Facts, Violation
-from .limits import check_budget, check_distance, check_exits, check_spacing
+from .limits import (
+    check_budget,
+    check_distance,
+    check_exits,
+    check_least_length,
+    check_spacing,
+)
 from .links import check_link
 from .oneway import check_two_ways
 
@@ -26,6 +32,7 @@ from .oneway import check_two_ways
 CHECKS: dict[type, Callable[[Any, NetworkProblem, Facts], list[Violation]]] = {
     ExitCount: check_exits,
     JunctionSpacing: check_spacing,
+    LeastLength: check_least_length,
     LengthBudget: check_budget,
     Link: check_link,
     MaxDistance: check_distance,

@@ -144,7 +144,9 @@ class Link(Requirement):
         self, network: CpNetwork, active: BoolArray, path: dict[Arc, int], on: Literal
     ) -> None:
         """Suggest the path of a design."""
-        edges = self.path(View(network.index.problem, active)) or []
+        problem = network.index.problem
+        # models that choose more than edges, such as rooms, hint at these after the edges
+        edges = self.path(View(problem, active[: len(problem.mesh.edges)])) or []
         taken, v = set(), self.start
         for edge in edges:
             v = network.index.vertex_of(edge, v)

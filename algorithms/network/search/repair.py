@@ -202,6 +202,9 @@ class _Repair:
             if self.run.enough():
                 return False
             order = order or self._centres()
+            if not order:
+                # no edge is to be decided
+                return False
             better = self._window(self.windows.around(order.pop(), radius))
             order = self._centres() if better else order
             failures = 0 if better else failures + 1

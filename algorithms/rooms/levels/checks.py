@@ -68,7 +68,7 @@ def faults(
     parts = nx.number_connected_components(way)
     if parts != 1:
         found.append(f"The route is in {parts} parts.")
-    found += _degrees(way, problem, kind)
+    found += _degrees(way, problem, kind) + _treasures(problem, plan, route)
     hard = [v for v in check_design(problem.network, plan.active) if v.hard]
     return found + [v.text for v in hard]
 
@@ -132,6 +132,30 @@ def _blocks(problem: RoomProblem, plan: RoomPlan, route: set[int], one_part: boo
             )
     outside = sorted(route - used)
     return found + [f"The route is in no block at mesh edge {e}." for e in outside]
+
+
+def _treasures(problem: RoomProblem, plan: RoomPlan, route: set[int]) -> list[str]:
+    """Check the number of blocks with one passage, away from start and goal."""
+    asked = problem.treasures
+    if asked is None:
+        return []
+    mesh = problem.network.mesh
+    sides, ends = mesh.face_edges.tolist(), mesh.edges.tolist()
+    blocks_at: dict[int, set[int]] = {}
+    for block, room in enumerate(plan.rooms):
+        times = Counter(e for face in problem.placements.faces[room] for e in sides[face])
+        for e in route & {e for e, number in times.items() if number == 2}:
+            for v in ends[e]:
+                blocks_at.setdefault(v, set()).add(block)
+    passages = Counter(b for here in blocks_at.values() if len(here) > 1 for b in here)
+    away = set().union(*(blocks_at.get(v, set()) for v in asked.apart))
+    dead = [b for b, number in passages.items() if number == 1 and b not in away]
+    if asked.least <= len(dead) <= asked.most:
+        return []
+    return [
+        f"{len(dead)} blocks away from start and goal have one passage; between {asked.least} and "
+        f"{asked.most} were asked for."
+    ]
 
 
 def _degrees(way: nx.Graph, problem: RoomProblem, kind: LevelType) -> list[str]:

@@ -7,6 +7,7 @@ between two blocks; at irregular vertices more blocks may meet.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -60,7 +61,7 @@ class Level:
         Vertex where the route begins.
     goal
         Vertex where it should end: a sink, or a vertex of the block that is farthest from the
-        start.
+        start, where treasure rooms are counted of the dead end that is.
     start_block, goal_block
         The blocks there.
     order
@@ -92,8 +93,13 @@ class Level:
 
     @property
     def roles(self) -> tuple[str, ...]:
-        """Of each block: "start", "goal", "treasure" for other dead ends, or "" ."""
+        """Of each block: "start", "goal", "treasure" for other dead ends, or "" .
+
+        No dead end in which the route begins or ends is a treasure, although where two blocks meet
+        there only one of them is the start.
+        """
         dead = set(dead_ends(self.count, self.passages))
+        dead -= _blocks_of((self.start, self.goal), self.problem, self.edge_block)
         names = ["treasure" if block in dead else "" for block in range(self.count)]
         names[self.goal_block] = "goal"
         names[self.start_block] = "start"
@@ -117,7 +123,8 @@ def read_level(
         Vertex of the route where it begins; None for the sink of the lowest number there.
     goal
         Vertex of the route where it ends; None for the next sink, or where there is none for a
-        vertex of the block that is farthest from the start.
+        vertex of the block that is farthest from the start. Where the problem asks for a number
+        of treasure rooms it is the dead end that is farthest.
 
     Raises
     ------
@@ -147,7 +154,11 @@ def read_level(
         goal = rest[0]
     touching = _blocks_at(mesh.edges, edge_block)
     if goal is None:
-        goal_block, goal = _farthest(along, touching, passages, len(plan.rooms))
+        able = list(range(len(plan.rooms)))
+        if problem.treasures is not None:
+            away = set(dead_ends(len(plan.rooms), passages))
+            able = sorted(away - _blocks_of((start,), problem, edge_block)) or able
+        goal_block, goal = _farthest(along, touching, passages, able)
     else:
         goal_block = min(touching[goal]) if goal in touching else -1
     if goal_block < 0 or not np.isfinite(along[mesh.edges[edge_block >= 0]]).all():
@@ -269,6 +280,13 @@ def _blocks_at(edges: IntArray, edge_block: IntArray) -> dict[int, set[int]]:
     return found
 
 
+def _blocks_of(vertices: Sequence[int], problem: RoomProblem, edge_block: IntArray) -> set[int]:
+    """Return the blocks in which the route touches one of some vertices."""
+    ends = problem.network.mesh.edges
+    at = (edge_block >= 0) & np.isin(ends, list(vertices)).any(axis=1)
+    return set(edge_block[at].tolist())
+
+
 def _distances(ends: IntArray, length: FloatArray, degree: IntArray, start: int) -> FloatArray:
     """Return the distance of each vertex from the start along the route."""
     n = len(degree)
@@ -278,15 +296,18 @@ def _distances(ends: IntArray, length: FloatArray, degree: IntArray, start: int)
 
 
 def _farthest(
-    along: FloatArray, touching: dict[int, set[int]], passages: Sequence[Passage], count: int
+    along: FloatArray,
+    touching: dict[int, set[int]],
+    passages: Sequence[Passage],
+    able: Sequence[int],
 ) -> tuple[int, int]:
-    """Return the block that is entered last, and its vertex that is farthest inside."""
+    """Return the block of some that is entered last, and its vertex that is farthest inside."""
     doors = {p.vertex for p in passages}
-    entered = np.full(count, np.inf)
+    entered = dict.fromkeys(able, math.inf)
     for v, blocks in touching.items():
-        for block in blocks:
+        for block in blocks.intersection(entered):
             entered[block] = min(entered[block], along[v])
-    block = int(np.argmax(entered))
+    block = max(entered, key=lambda b: (entered[b], -b))
     own = sorted(v for v, blocks in touching.items() if block in blocks)
     return block, max(own, key=lambda v: (v not in doors, along[v]))
 

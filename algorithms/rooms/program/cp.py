@@ -17,6 +17,7 @@ from ...network.problem import BoolArray
 from ..types import CountRule, IntArray
 from .index import RoomIndex
 from .parts import touched_by
+from .treasures import add_treasures
 
 #: Areas of rooms in counts become multiples of this part of a unit, where they are not whole.
 FINEST_COUNT = 1_000_000
@@ -54,6 +55,7 @@ def add_rooms(network: CpNetwork, index: RoomIndex, faces: Iterable[int], kept: 
     else:
         _add_level(network, index)
     _add_counts(network, index)
+    add_treasures(network, index)
 
 
 def _barred(network: CpNetwork, index: RoomIndex, room: int) -> bool:

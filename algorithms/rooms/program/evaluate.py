@@ -11,6 +11,7 @@ from ...network.evaluate import Evaluation, Evaluator
 from ...network.problem import BoolArray
 from .index import RoomIndex
 from .parts import part_cuts
+from .treasures import treasure_count
 
 #: Limits of areas may be missed by this share, which is what rounding may do.
 SLACK = 2e-3
@@ -86,6 +87,9 @@ def faults(index: RoomIndex, active: BoolArray, rooms: list[int]) -> list[str]:
             wrong.append(f"the route runs along the border of placement {r} (eq. 20)")
     if problem.kind == "level" and any(part_cuts(index, active | problem.network.existing, rooms)):
         wrong.append("the route crosses a block in several parts")
+    asked = problem.treasures
+    if asked is not None and not asked.least <= treasure_count(index, on, rooms) <= asked.most:
+        wrong.append("the number of treasure rooms is another")
     for rule in problem.counts:
         total = float(rule.weight[rooms].sum())
         slack = SLACK * max(1.0, abs(total)) if rule.weight.max(initial=0.0) != 1.0 else 1e-9

@@ -10,6 +10,9 @@ import numpy as np
 from ...network.problem import BoolArray, NetworkProblem
 from ..types import RoomProblem
 
+#: A vertex where a block may have a passage, its edges inside the block, and those beyond it.
+Gate = tuple[int, tuple[int, ...], tuple[int, ...]]
+
 
 @dataclass(eq=False)
 class RoomIndex:
@@ -37,6 +40,7 @@ class RoomIndex:
     by_rim: list[list[int]] = field(init=False)
     face_sides: list[list[int]] = field(init=False)
     edge_faces: list[list[int]] = field(init=False)
+    _gates: dict[int, list[Gate]] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         """Turn the lists of placements round."""
@@ -65,11 +69,36 @@ class RoomIndex:
                 at[f] = r
         return at
 
+    def gates(self, room: int) -> list[Gate]:
+        """Return the places where a route may get into or out of a placement.
+
+        Each is a vertex of its rim, the candidate edges there that lie inside the placement, and
+        those that lie beyond it; none of either is empty.
+        """
+        if room not in self._gates:
+            self._gates[room] = _gates(self.problem, room)
+        return self._gates[room]
+
     def within(self, faces: Iterable[int]) -> list[int]:
         """Return the placements that lie wholly on the given faces, ascending."""
         inside = set(faces)
         touching = {r for f in inside for r in self.by_face[f]}
         return sorted(r for r in touching if inside.issuperset(self.problem.placements.faces[r]))
+
+
+def _gates(problem: RoomProblem, room: int) -> list[Gate]:
+    """Return the gates of a placement; see `RoomIndex.gates`."""
+    mesh, may = problem.network.mesh, problem.network.candidate
+    inner = set(problem.placements.inner[room])
+    rim = set(problem.placements.rim[room])
+    found: list[Gate] = []
+    for v in sorted({v for e in rim for v in mesh.edges[e].tolist()}):
+        own = [e for e in mesh.vertex_edges[v].tolist() if may[e] and e not in rim]
+        inside = tuple(e for e in own if e in inner)
+        beyond = tuple(e for e in own if e not in inner)
+        if inside and beyond:
+            found.append((v, inside, beyond))
+    return found
 
 
 def _turned(rows: Sequence[Sequence[int]], count: int) -> list[list[int]]:

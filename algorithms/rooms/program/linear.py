@@ -12,6 +12,7 @@ from ...network.mip.model import NetworkModel
 from ...network.problem import BoolArray
 from .index import RoomIndex
 from .parts import PartCut, touched_by
+from .treasures import add_linear_treasures
 
 
 @dataclass(eq=False)
@@ -54,6 +55,7 @@ class LinearRooms:
             row = [(self.room[r], float(rule.weight[r])) for r in np.flatnonzero(rule.weight)]
             if row and (rule.least > 0 or math.isfinite(rule.most)):
                 linear.row(row, low=rule.least if rule.least > 0 else -math.inf, high=rule.most)
+        add_linear_treasures(model, self.index, self.room)
 
     def _floor(self, model: NetworkModel) -> None:
         """At most one of an edge and the rooms around it; a corridor along each room."""

@@ -10,6 +10,7 @@ from typing import Optional
 import numpy as np
 
 from ...network.mip.sparse import LpResult, LpSolver, SparseModel
+from ...network.requirements.budget import LeastLength
 from ...network.structure import Structure
 from ..program.index import RoomIndex
 
@@ -58,6 +59,24 @@ def passing_bound(
     linear.finish()
     result: LpResult = LpSolver(linear).solve(stop)
     return index.fixed + result.bound
+
+
+def least_length_cost(index: Structure) -> float:
+    """Return the least cost of edges that are as long as a hard `LeastLength` asks; 0 without.
+
+    The edges that cost least for their length are taken first, the last of them in part.
+    """
+    best = 0.0
+    for limit in index.problem.requirements:
+        if not isinstance(limit, LeastLength) or not limit.hard:
+            continue
+        able = [(index.cost[e], int(limit.steps[e])) for e in index.edges if limit.steps[e]]
+        left, cost = float(limit.wanted), 0.0
+        for own, length in sorted(able, key=lambda pair: pair[0] / pair[1]):
+            part = min(1.0, max(0.0, left) / length)
+            cost, left = cost + part * own, left - part * length
+        best = max(best, cost)
+    return index.fixed + best
 
 
 def may_end(index: Structure) -> list[bool]:

@@ -18,7 +18,8 @@ from ...network.structure import Structure, structure
 from ..program.cp import add_rooms
 from ..program.index import RoomIndex, covered_problem
 from ..program.parts import cut_parts
-from .passing import passing_bound
+from .descent import descend, limited
+from .passing import least_length_cost, passing_bound
 from .windows import RoomSearch, RoomWindows
 
 #: Effort of the first attempt to find any plan, in CP-SAT's deterministic units; later ones take
@@ -57,8 +58,18 @@ def whole_network(
     return network
 
 
-def first_plan(run: Incumbent, index: Structure, rooms: RoomIndex, seed: int) -> bool:
-    """Let CP-SAT find any valid plan; return False if it proves that there is none."""
+def first_plan(
+    run: Incumbent,
+    index: Structure,
+    rooms: RoomIndex,
+    seed: int,
+    *,
+    attempts: Optional[int] = None,
+) -> bool:
+    """Let CP-SAT find any valid plan; return False if it proves that there is none.
+
+    With a number of attempts it may end without either.
+    """
     network = whole_network(index, rooms, ranks=True, check=run.wanted())
     if not any(cost > 0 for _, cost, _ in network.costs):
         for x in network.edge.values():
@@ -85,6 +96,9 @@ def first_plan(run: Incumbent, index: Structure, rooms: RoomIndex, seed: int) ->
         if result.status != "unknown" or run.enough():
             return result.status != "infeasible"
         effort, seed = GROWTH * effort, seed + 1
+        attempts = None if attempts is None else attempts - 1
+        if attempts == 0:
+            return True
 
 
 def window_search(
@@ -124,6 +138,7 @@ def bound_beside(run: Incumbent, index: Structure, rooms: RoomIndex, seed: int) 
         return run.finished.is_set() or run.deadline.passed()
 
     if rooms.problem.kind == "level":
+        run.raise_bound(least_length_cost(index))
         run.raise_bound(passing_bound(index, rooms, stop, run.wanted_beside()))
     loose = structure(covered_problem(rooms), check=run.wanted_beside())
     run.raise_bound(packing_bound(loose, run.wanted_beside()))
@@ -150,7 +165,14 @@ def solve_by_cp(
     run: Incumbent, index: Structure, rooms: RoomIndex, seed: int, iterations: Optional[int] = None
 ) -> bool:
     """Run start, improvement and bound; return False if there is no valid plan."""
-    if run.best is None and not first_plan(run, index, rooms, seed):
+    if run.best is None and limited(rooms):
+        # a short route is seldom found at once
+        if not first_plan(run, index, rooms, seed, attempts=1):
+            return False
+        loose = run.best is not None or run.enough()
+        if not loose and not descend(run, rooms, seed, first_plan, window_search):
+            return False
+    if run.best is None and not run.enough() and not first_plan(run, index, rooms, seed):
         return False
     if run.best is None or run.enough():
         return True

@@ -8,6 +8,7 @@ from typing import Optional
 
 import numpy as np
 
+from ...network.cp.connect import add_ranks
 from ...network.cp.model import CpNetwork
 from ...network.problem import BoolArray
 from ...network.search.window_search import WindowSearch
@@ -43,7 +44,7 @@ class RoomWindows(Windows):
         self.rooms = rooms
 
     def network(self, free: list[int], active: BoolArray) -> CpNetwork:
-        """Build the model of a window: all but connectivity.
+        """Build the model of a window, connected by ranks.
 
         `free` holds edges, and e + r for the placements that lie on the window's faces.
         """
@@ -54,6 +55,9 @@ class RoomWindows(Windows):
             f for i in free if i >= count for f in self.rooms.problem.placements.faces[i - count]
         }
         add_rooms(network, self.rooms, sorted(faces), active[count:])
+        # the least window would be a stub at each room: to forbid such islands one after the other
+        # takes more rounds than a window has
+        add_ranks(network)
         return network
 
     def cut(self, network: CpNetwork, active: BoolArray) -> bool:

@@ -2,58 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Optional
 
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from ...errors import InfeasibleError
 from ...progress import Progress
 from ..program.index import RoomIndex
 from ..types import Placements
+from .reason import Reason
+from .route import route_reasons
 from .tiling import Tiling, tile
 
 #: Seconds for one question whether the rooms can tile the floor.
 SECONDS = 4.0
-
-
-@dataclass(frozen=True)
-class Reason:
-    """Something that makes every plan impossible.
-
-    Attributes
-    ----------
-    problem, action
-        What is wrong, and what to do, as sentences.
-    faces
-        Faces that it is about; none if it is about all.
-    """
-
-    problem: str
-    action: str
-    faces: tuple[int, ...] = ()
-
-    @property
-    def sentence(self) -> str:
-        """Both sentences."""
-        return f"{self.problem} {self.action}"
-
-
-class NoPlanError(InfeasibleError):
-    """There is no plan; `reasons` says why, with places.
-
-    Parameters
-    ----------
-    reasons
-        The reasons, at least one.
-    """
-
-    def __init__(self, reasons: Iterable[Reason]) -> None:
-        self.reasons = tuple(reasons)
-        super().__init__(" ".join(reason.sentence for reason in self.reasons))
 
 
 def why_not(
@@ -79,6 +42,9 @@ def why_not(
         found = look(index)
         if found:
             return found
+    found = route_reasons(index, progress)
+    if found:
+        return found
     return _tilings(index, by_cp, progress)
 
 
