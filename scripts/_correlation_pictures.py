@@ -36,7 +36,7 @@ def plans(found: list[Row], asked: dict[str, Any], path: Path) -> None:
     down = math.ceil(len(designs) / across)
     panel = 11.4 / across
     figure, axes = plt.subplots(
-        down, across, figsize=(11.6, down * (panel * high / wide + 0.42) + 0.45), facecolor=PAPER
+        down, across, figsize=(11.6, down * (panel * high / wide + 0.52) + 0.6), facecolor=PAPER
     )
     for axis, row in zip(axes.ravel(), designs):
         _plan(axis, row, window)
@@ -57,7 +57,7 @@ def plans(found: list[Row], asked: dict[str, Any], path: Path) -> None:
         title="vehicles per hour, trips within",
     )
     figure.text(0.994, 0.004, asked["credit"], ha="right", fontsize=7, color="#6b6459")
-    figure.tight_layout(rect=(0, 0.62 / figure.get_figheight(), 1, 1))
+    figure.tight_layout(rect=(0, 0.55 / figure.get_figheight(), 1, 1), h_pad=1.2)
     saved(figure, path, MOST)
 
 

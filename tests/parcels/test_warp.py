@@ -264,7 +264,7 @@ def test_mirror_images_are_used_where_they_may_be():
         match_templates([Block(region)], TemplateLibrary((t,)), RULES)[0]
         for t in (template, replace(template, mirror=False))
     )
-    assert with_[0].energy <= without[0].energy
+    assert with_[0].energy <= without[0].energy + 1e-9
     places = {round(p.polygon.centroid.x) for m in with_ for p in m.plots if p.note == "parking"}
     assert min(places) < -65 < max(places) or len(with_) == 1
 
