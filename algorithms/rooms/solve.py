@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, Optional
 
@@ -114,7 +115,7 @@ _IMPOSSIBLE = {
     "floor": (
         "Rooms of these shapes can tile the floor, but no corridors reach all of them under all "
         "rules at once. Allow dead ends, corridors along the outer wall or close together, give "
-        "another sink, or more shapes."
+        "another exit, or more shapes."
     ),
     "level": (
         "Blocks of these shapes can tile the level, but no route of this type runs through all of "
@@ -149,8 +150,10 @@ def _design(rooms: RoomIndex, active: BoolArray, chosen: Sequence[int]) -> BoolA
 
 
 def _loosen(problem: RoomProblem) -> str:
-    """Return what else may be given up: limits of the route of a level."""
+    """Return what else may be given up: limits of the route of a level, corridors that fork."""
     wishes = []
+    if problem.kind == "floor" and math.isinf(problem.network.branches):
+        wishes.append("the ban on branches")
     if problem.kind == "level" and problem.network.requirements:
         wishes.append("the limits of the length of the route")
     if problem.treasures is not None:

@@ -142,7 +142,7 @@ class DesignFloor(Tool):
             if own.links_missing:
                 progress.warn(
                     f"Storey {own.floor.storey}: {own.links_missing} of {own.links} short ways "
-                    "between its parts are missing; they would cost more than they are worth."
+                    "between its parts are missing. More time, or larger parts, may help."
                 )
         plans = [own.plan for own in made if own.plan is not None]
         objective, bound = sum(p.objective for p in plans), sum(p.bound for p in plans)
@@ -151,9 +151,10 @@ class DesignFloor(Tool):
             layers={key: found[kind.key] for key, kind in self.layers.items()},
             numbers={
                 **figures,
-                "OBJECTIVE": objective,
-                "BOUND": bound,
-                "GAP": 100.0 * (objective - bound) / objective if objective > 0 else 0.0,
+                # no plan is no perfect plan
+                "OBJECTIVE": objective if plans else None,
+                "BOUND": bound if plans else None,
+                "GAP": _gap(objective, bound) if plans else None,
                 "SECONDS": time.monotonic() - begun,
             },
             specification=to_json(
@@ -166,3 +167,8 @@ class DesignFloor(Tool):
             ),
             keep=True,
         )
+
+
+def _gap(objective: float, bound: float) -> float:
+    """Return the gap in percent of the objective."""
+    return 100.0 * (objective - bound) / objective if objective > 0 else 0.0

@@ -190,3 +190,13 @@ def test_no_branches_and_ways_within(toolbox):
         for p in (one.vertexAt(0), one.vertexAt(one.constGet().nCoordinates() - 1))
     ]
     assert max(ends.count(place) for place in ends) <= 2
+
+
+def test_no_plan_has_no_objective_and_says_what_may_help(toolbox):
+    """Four cells, no dead ends and no forks: there is no plan."""
+    asked = {**QUICK, "TEMPLATE_SET": "office", "DEAD_ENDS": "forbid", "BRANCHES": "forbid"}
+    made = toolbox.run("designfloor", INPUT=house(8, 8), **asked)
+    assert made.rows("ROOMS") == []
+    for key in ("OBJECTIVE", "BOUND", "GAP"):
+        assert made.results.get(key) is None
+    assert made.rows("PROBLEMS")
