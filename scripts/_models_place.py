@@ -202,6 +202,7 @@ def place_to_report() -> Draft:
             "LAYERS": [
                 streets, made("design", "BLOCKS"), made("parcels", "PARCELS"),
                 made("traffic", "STREETS"), site, made("map", "STREETS"),
+                made("design", "PROBLEMS"), made("traffic", "PROBLEMS"),
             ],
             "PLACE": asked("PLACE"), "TARGETS": asked("TARGETS"),
         },

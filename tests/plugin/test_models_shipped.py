@@ -347,6 +347,9 @@ def test_a_place_and_a_page_about_its_design(qgis_process, root, tmp_path):
         "Design streets", "Parcels in blocks", "Assign traffic",
     }  # fmt: skip
     assert "Open Database License" in words
+    # what the tools on the way complain about is on the page
+    assert "Problems found" in words
+    assert "find no way" in words
     new = sum(f["length_m"] for f in designed(tmp_path / "streets.gpkg").getFeatures()
               if f["status"] == "new")  # fmt: skip
     assert f"{new:,.0f} m" in words
