@@ -30,6 +30,8 @@ from .renderers import LABELS, OTHERS, RENDERERS, TITLES
 from .solids import solid_renderer
 from .variations import by_variation
 
+#: Letters that a GeoPackage has for the name of a style.
+LONGEST = 30
 #: Begins the description of a style of ours in a database.
 OURS = "Platwright: "
 #: Tells in a .qml file which layer it was made for.
@@ -148,6 +150,11 @@ def save(source: str, kind: LayerKind, own: OwnStyle | None = None) -> None:
         compat.save_default_style(layer)
 
 
+def stored_name(style: str, title: str) -> str:
+    """Return what a further style is called in a GeoPackage, as long as that allows."""
+    return f"{style[: max(4, LONGEST - 2 - len(title))]}, {title}"[:LONGEST]
+
+
 def _save_in_geopackage(layer: QgsVectorLayer, kind: LayerKind, own: OwnStyle | None) -> None:
     temporal.play(layer, kind)
     # Once a style is stored, the values of the file cannot be asked for without spoiling it.
@@ -158,7 +165,8 @@ def _save_in_geopackage(layer: QgsVectorLayer, kind: LayerKind, own: OwnStyle | 
     shown = by_variation(RENDERERS[kind.style](), layer)
     for title, renderer in others.items():
         layer.setRenderer(renderer)
-        layer.saveStyleToDatabase(f"{kind.style}, {title}", f"{OURS}{title}", False, "")
+        name = stored_name(kind.style, title)
+        layer.saveStyleToDatabase(name, f"{OURS}{title}", False, "")
     apply(layer, kind, shown)
     layer.setCustomProperty(_MARK, kind.style)
     layer.saveStyleToDatabase(kind.style, f"{OURS}{kind.title}", own is None, "")

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import shapely
-from shapely.geometry import LineString, Point
+from shapely.geometry import LineString, Point, Polygon
 
 from .junctions import ACROSS, inward
 from .region import ends_at_edge, line_of
@@ -76,9 +76,12 @@ class Agreement:
 
     @property
     def share(self) -> float:
-        """Share of the used places that are crossings or keep their distance, 0 to 1."""
+        """Share of the used places that are crossings or keep their distance, 0 to 1.
+
+        NaN where none is used.
+        """
         used = [m for m in self.meetings if m.state != UNUSED]
-        return sum(m.state != STAGGERED for m in used) / len(used) if used else 1.0
+        return sum(m.state != STAGGERED for m in used) / len(used) if used else math.nan
 
 
 @dataclass
@@ -114,8 +117,9 @@ def settle(city: City, streets: Mapping[int, Sequence[Mapping[str, Any]]]) -> Ag
     links = []
     for meeting in meetings:
         places = list(dict.fromkeys(meeting.sides.values()))
-        if meeting.state == CROSSING and meeting.planned is not None and len(places) == 2:
-            links.append((LineString(places), meeting.planned.road))
+        if meeting.state == CROSSING and len(places) == 2:
+            road = "" if meeting.planned is None else meeting.planned.road
+            links.append((LineString(places), road))
     return Agreement(own, tuple(meetings), tuple(links), moved)
 
 
@@ -174,13 +178,23 @@ def _move(streets: Mapping[int, list[dict[str, Any]]], end: _End, xy: XY) -> Non
 def _groups(
     city: City, streets: Mapping[int, list[dict[str, Any]]], ends: Sequence[_End]
 ) -> list[tuple[list[_End], float]]:
-    """Group ends that no junction was planned for, and move those of a group together."""
+    """Group ends that no junction was planned for, and move those of a group together.
+
+    Ends straight across on the other carriageway are of the group, too, and stay where they are.
+    """
+    polygons = {region.number: region.polygon for region in city.regions}
+    space = shapely.buffer(city.street_space, 1.0)
     free = [end for end in ends if end.planned is None]
     groups: list[tuple[list[_End], float]] = []
     for end in free:
         best: tuple[float, int] | None = None
         for g, (group, _) in enumerate(groups):
             gap = math.dist(group[0].xy, end.xy)
+            across, along = _apart(polygons[group[0].region], group[0].xy, end.xy)
+            if across > SAME_ROAD and not (
+                along <= SAME_ROAD and space.covers(LineString([group[0].xy, end.xy]))
+            ):
+                continue
             same = any(e.region == end.region for e in group)
             limit = 0.1 if same else city.rules.tolerance
             if gap <= limit and (best is None or gap < best[0]):
@@ -189,9 +203,22 @@ def _groups(
             groups.append(([end], 0.0))
             continue
         group, far = groups[best[1]]
-        _move(streets, end, group[0].xy)
-        groups[best[1]] = ([*group, end], max(far, best[0]))
+        across, _ = _apart(polygons[group[0].region], group[0].xy, end.xy)
+        if across <= SAME_ROAD:
+            _move(streets, end, group[0].xy)
+            far = max(far, best[0])
+        groups[best[1]] = ([*group, end], far)
     return groups
+
+
+def _apart(polygon: Polygon, xy: XY, other: XY) -> tuple[float, float]:
+    """Return how far a place is from one on the edge of a polygon: across it, and along it."""
+    normal = inward(polygon, xy)
+    step = (other[0] - xy[0], other[1] - xy[1])
+    return (
+        abs(step[0] * normal[0] + step[1] * normal[1]),
+        abs(step[0] * normal[1] - step[1] * normal[0]),
+    )
 
 
 def _meetings(city: City, ends: Sequence[_End], free: Sequence[list[_End]]) -> list[Meeting]:
@@ -214,15 +241,12 @@ def _meetings(city: City, ends: Sequence[_End], free: Sequence[list[_End]]) -> l
             found.append(Meeting(own, planned, state))
             continue
         ((number, xy),) = own.items()
-        normal = np.array(inward(polygons[number], xy))
         offsets = []
         for i in sorted(tree.query(Point(xy), predicate="dwithin", distance=2 * ACROSS).tolist()):
             other, region, row = places[i]
             if row == r or region == number:
                 continue
-            step = np.array(other) - xy
-            across = abs(float(step @ normal))
-            along = abs(float(step[0] * normal[1] - step[1] * normal[0]))
+            across, along = _apart(polygons[number], xy, other)
             way = LineString([xy, other])
             if across <= SAME_ROAD or (across <= ACROSS and space.covers(way)):
                 offsets.append(along)

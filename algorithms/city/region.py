@@ -175,7 +175,7 @@ def design_region(task: RegionTask, progress: Progress | None = None) -> str:
             "streets": streets,
             "remarks": [*([LOOSER] if task.looser else []), *heard.warnings],
             "numbers": numbers,
-            "by_clock": seconds >= spec.time_limit,
+            "by_clock": plan.network.stopped == "time",
             "seconds": round(seconds, 3),
         },
         sort_keys=True,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -113,6 +114,7 @@ class CityPlan:
         """Figures of the whole run."""
         done = [o.result["numbers"] for o in self.outcomes.values() if o.result is not None]
         length = sum(n["total_length"] for n in done)
+        collectors = sum(road.line.length for road in self.city.roads if road.new)
         objective, bound = sum(n["objective"] for n in done), sum(n["bound"] for n in done)
         way = sum(n["mean_distance"] * n["total_length"] for n in done)
         agreed = self.agreement
@@ -120,11 +122,9 @@ class CityPlan:
             "SUB_REGIONS": float(len(self.outcomes)),
             "DONE": float(self.count(DONE)),
             "FAILED": float(self.count(FAILED)),
-            "RESUMED": float(
-                sum(o.state == DONE and not o.attempts for o in self.outcomes.values())
-            ),
-            "TOTAL_LENGTH": length,
-            "MEAN_DISTANCE": way / length if length else 0.0,
+            "RESUMED": float(self.resumed),
+            "TOTAL_LENGTH": length + float(collectors),
+            "MEAN_DISTANCE": way / length if length else math.nan,
             "OBJECTIVE": objective,
             "BOUND": bound,
             "ACHIEVED_GAP": max(0.0, (objective - bound) / objective) if objective > 0 else 0.0,
@@ -173,7 +173,7 @@ def design_city(
     Raises
     ------
     InputError
-        If no sub-region can be designed at all, or the file cannot be used.
+        If no sub-region can be or was designed, or the file cannot be used.
     CancelledError
         If the run was cancelled before any sub-region was finished.
     """
@@ -222,6 +222,14 @@ def design_city(
     cancelled = any(o.state == WAITING for o in outcomes.values())
     if cancelled and not any(o.state == DONE for o in outcomes.values()):
         raise CancelledError("Cancelled before any sub-region was finished.")
+    if not any(o.state == DONE for o in outcomes.values()):
+        number = min(tasks)
+        raise InputError(
+            f"None of the {len(tasks)} sub-regions could be designed. Sub-region {number}: "
+            f"{outcomes[number].reason}",
+            "Ask for less, such as a wider tolerance or another kind of neighbourhood.",
+            layer=city.name,
+        )
     in_order = {r.number: outcomes[r.number] for r in city.regions}
     return CityPlan(city, in_order, spec, time.monotonic() - begun, cancelled)
 

@@ -77,6 +77,7 @@ def design(item: dict[str, Any], progress: Progress) -> dict[str, Any]:
     report = check_design(layers, around, plan, item["given"], Share(progress, 0.95, 1.0))
     return {
         "layers": layers,
+        "by_clock": plan.stopped == "time",
         "figures": _figures(plan, layers, math.nan if report is None else report.violations),
     }
 

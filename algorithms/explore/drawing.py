@@ -6,6 +6,7 @@ import importlib
 import io
 import math
 from collections.abc import Sequence
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -121,7 +122,8 @@ def picture(exploration: Exploration, ending: str = "png") -> bytes:
         axes.set_ylim(bounds[1], bounds[3])
         axes.set_aspect("equal")
         axes.set_axis_off()
-        axes.set_title(_heading(one, exploration.varied), fontsize=6.5, color=_INK, pad=3)
+        axes.set_title(_heading(one, exploration.varied), fontsize=6.5, color=_INK, pad=3,
+                       parse_math=False)  # fmt: skip
         if one.pareto:
             axes.title.set_color(_FRONT)
             axes.title.set_fontweight("bold")
@@ -226,14 +228,24 @@ def _axis(name: str) -> str:
     return FIGURES[name].replace(" in metres", " (m)").replace(" in seconds", " (s)")
 
 
-def _figure(width: float, height: float) -> Any:
-    """Return an empty picture (inches) that belongs to no window."""
+def figures() -> ModuleType:
+    """Return the package that pictures are drawn with.
+
+    Raises
+    ------
+    MissingDependencyError
+        It is not installed.
+    """
     try:
-        figures = importlib.import_module("matplotlib.figure")
+        return importlib.import_module("matplotlib.figure")
     except ImportError as error:
         msg = f"Pictures need the Python package matplotlib ({error}). QGIS usually brings it."
         raise MissingDependencyError(msg) from error
-    return figures.Figure(figsize=(width, height), dpi=_DPI)
+
+
+def _figure(width: float, height: float) -> Any:
+    """Return an empty picture (inches) that belongs to no window."""
+    return figures().Figure(figsize=(width, height), dpi=_DPI)
 
 
 def _saved(figure: Any, ending: str) -> bytes:

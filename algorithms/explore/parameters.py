@@ -156,7 +156,7 @@ def parsed(key: str, value: Any, where: str = "") -> Any:
         number = float(text)
     except ValueError:
         number = math.nan
-    if math.isnan(number) or (own.kind == "whole" and number != math.floor(number)):
+    if math.isnan(number) or (own.kind == "whole" and not number.is_integer()):
         words = f", or {', '.join(_RULE_WORDS)}" if own.kind == "rule" else ""
         kind = "a whole number" if own.kind == "whole" else "a number"
         raise InputError(f"{at}{key} is {value}.", f"Give {kind}{words}.")

@@ -220,8 +220,7 @@ def _explored(run: Run, outcome: Outcome) -> Explored:
     if not outcome.done:
         return Explored(run, outcome.state, outcome.reason)
     figures, layers = outcome.value["figures"], outcome.value["layers"]
-    hurried = figures["seconds"] >= run.specification.time_limit
-    return Explored(run, "done", "", figures, layers, hurried=hurried)
+    return Explored(run, "done", "", figures, layers, hurried=outcome.value["by_clock"])
 
 
 def table_of_axes(exploration: Exploration) -> gpd.GeoDataFrame:

@@ -150,7 +150,8 @@ class Incumbent:
         elif self.cancelled():
             stopped = "cancelled"
         else:
-            stopped = "time"
+            # a search that ends by its work depends on no clock, as long as none strikes
+            stopped = "effort" if self.alone and not self.deadline.passed() else "time"
         return Design(
             active=best,
             objective=found.objective,

@@ -26,6 +26,11 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
 
+#: Why a search ended, the least final reason first: `effort` where its work was done, without any
+#: clock.
+STOPS = ("cancelled", "time", "effort", "gap", "optimal")
+
+
 @dataclass(frozen=True)
 class Pattern:
     """A cost that is due when all edges of `on` are active and none of `off` is.
@@ -133,7 +138,7 @@ class Design:
     seconds
         Wall time of the search.
     stopped
-        "optimal", "gap", "time" or "cancelled".
+        One of `STOPS`.
     distance
         Shape (n,). Shortest network distance to a sink in units of `NetworkProblem.length`,
         infinite where a vertex is not on the network.

@@ -7,6 +7,7 @@ whose file or folder it shares, else with the one whose layers are called like i
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,13 +17,20 @@ from ..errors import InputError
 
 #: Tools that make the same kind of thing: two of a set are two designs, as are two runs of one.
 _RIVALS = (
-    frozenset(("designstreets", "growstreets", "splitsite")),
+    frozenset(("designstreets", "growstreets", "splitsite", "designcity")),
     frozenset(("parcelblocks", "splitsite", "optimiselayout", "resplitlayout")),
     frozenset(("designfloor", "designgamelevel")),
 )
 #: Tools whose runs begin a design, if there are any; what other tools made follows them.
 _LEADERS = frozenset(
-    ("designstreets", "growstreets", "splitsite", "designfloor", "designgamelevel")
+    (
+        "designstreets",
+        "growstreets",
+        "splitsite",
+        "designcity",
+        "designfloor",
+        "designgamelevel",
+    )
 )
 #: Tools that bring data in rather than design.
 DATA_TOOLS = frozenset(("osmboundary", "osmlayers", "preparesite", ""))
@@ -239,4 +247,6 @@ def _names(groups: Sequence[_Group], taken: Mapping[str, object]) -> list[str]:
         names = [next(iter(own)) if len(own) == 1 else "" for own in stems]
         if all(names) and len(set(names)) == len(names) and not set(names) & set(taken):
             return names
-    return [f"Design {number}" for number in range(len(taken) + 1, len(taken) + len(groups) + 1)]
+    numbered = (f"Design {number}" for number in itertools.count(len(taken) + 1))
+    free = (name for name in numbered if name not in taken)
+    return [next(free) for _ in groups]

@@ -169,7 +169,12 @@ def design_floors(
         If the run was cancelled before there was any plan.
     """
     progress = progress or Silent()
-    problems = [room_problem(floor, templates, rules) for floor in floors]
+    problems = []
+    for floor in floors:
+        if progress.cancelled():
+            msg = "The run was cancelled before a first plan was found."
+            raise CancelledError(msg)
+        problems.append(room_problem(floor, templates, rules))
     found: list[Storey] = []
     for at, (floor, problem) in enumerate(zip(floors, problems)):
         if found and progress.cancelled():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
@@ -48,7 +49,11 @@ def floor_frames(
         mine = [own for own in storeys if own.floor.feature == feature]
         remarks = [remark for own in mine for remark in own.floor.remarks]
         for own in mine:
-            remarks += reasons_of(own.floor, own.error) if own.error is not None else []
+            told_of = reasons_of(own.floor, own.error) if own.error is not None else []
+            if own.links_missing:
+                told_of.append(_links_remark(own))
+            which = f"Storey {own.floor.storey}: " if len(mine) > 1 else ""
+            remarks += [dataclasses.replace(one, text=f"{which}{one.text}") for one in told_of]
         try:
             frames = _layers(mine, corridor_width)
         except InputError as error:
@@ -96,6 +101,16 @@ def _numbered(
         own["footprint_id"] = number
         found[name] = own
     return found
+
+
+def _links_remark(storey: Storey) -> Remark:
+    """Tell of short ways between parts that a storey has not."""
+    return Remark(
+        f"{storey.links_missing} of {storey.links} short ways between its parts are missing.",
+        "More time, or larger parts, may help.",
+        "warning",
+        storey.floor.polygon.representative_point(),
+    )
 
 
 def _joined(made: Sequence[dict[str, gpd.GeoDataFrame]], crs: Any) -> dict[str, gpd.GeoDataFrame]:

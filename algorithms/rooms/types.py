@@ -164,7 +164,7 @@ class RoomPlan:
     seconds
         Wall time of the search.
     stopped
-        "optimal", "gap", "time" or "cancelled".
+        One of `network.problem.STOPS`.
     distance
         Shape (n,). Network distance to a sink in units of `NetworkProblem.length`, infinite where
         a vertex is not on the network.

@@ -14,7 +14,7 @@ import shapely
 
 from ..errors import CancelledError, InfeasibleError, InputError, MeshError
 from ..levels import COLLECTOR, CUL_DE_SAC, LOCAL
-from ..network.problem import BoolArray, Design, IntArray, NetworkProblem
+from ..network.problem import STOPS, BoolArray, Design, IntArray, NetworkProblem
 from ..network.specification import Specification
 from ..progress import Deadline, Progress, SearchState, Silent
 from .earlier import UNKNOWN
@@ -74,8 +74,7 @@ class LevelledNetwork:
         reasons = [s.design.stopped for s in self.solved] or ["optimal"]
         if self.cancelled:
             reasons.append("cancelled")
-        order = ("cancelled", "time", "gap", "optimal")
-        return min(reasons, key=order.index)
+        return min(reasons, key=STOPS.index)
 
 
 def design_levels(

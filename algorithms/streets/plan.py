@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import CancelledError, InfeasibleError, InputError, MeshError, PlatwrightError
 from ..mesh import QuadMesh, subdivide
-from ..network.problem import IntArray
+from ..network.problem import STOPS, IntArray
 from ..network.specification import FORBID, Specification
 from ..progress import Deadline, Held, Progress, Share, Silent
 from ..site.types import AccessPoint, BoundaryStreet, Site
@@ -106,13 +106,12 @@ def design_streets(
         raise no_design(run.failures)
     if progress.cancelled():
         run.stopped = "cancelled"
-    order = ("cancelled", "time", "gap", "optimal")
     reasons = [run.stopped, *(plan.network.stopped for plan in run.plans)]
     return StreetPlan(
         tuple(run.plans),
         specs[0],
         time.monotonic() - started,
-        min(reasons, key=order.index),
+        min(reasons, key=STOPS.index),
         tuple(run.failures),
     )
 

@@ -101,7 +101,7 @@ class StreetPlan:
     seconds
         Wall time.
     stopped
-        Why the search ended: "optimal", "gap", "time" or "cancelled".
+        Why the search ended: one of `network.problem.STOPS`.
     failures
         Sites that could not be designed, and why.
     """

@@ -78,13 +78,18 @@ def _distributed() -> ModuleType:
 
 def _check_workers(client: Any, address: str) -> None:
     """Refuse a cluster whose workers cannot do the work."""
-    said: dict[str, str] = client.run(cluster_job.trial)
+    said: dict[str, str] = client.run(
+        cluster_job.trial, f"{sys.version_info[0]}.{sys.version_info[1]}"
+    )
     if not said:
         msg = f"The cluster at {address} has no workers. Start some and try again."
         raise ExecutorError(msg)
     for worker, problem in sorted(said.items()):
         if problem:
-            msg = f"The worker {worker} cannot load platwright ({problem}). Install it there."
+            msg = (
+                f"The worker {worker} cannot do the work ({problem}). Install platwright there, "
+                "on the same version of Python."
+            )
             raise ExecutorError(msg)
 
 

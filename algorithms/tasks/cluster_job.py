@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 
-def trial() -> str:
-    """Return why this worker cannot do our work; empty where it can."""
-    import importlib
+def trial(python: str) -> str:
+    """Return why this worker cannot do our work; empty where it can.
 
+    Parameters
+    ----------
+    python
+        Version of Python of the caller, such as "3.11".
+    """
+    import importlib
+    import sys
+
+    own = f"{sys.version_info[0]}.{sys.version_info[1]}"
+    if own != python:
+        return f"it runs Python {own}, not {python}"
     try:
         importlib.import_module("platwright.tasks.job")
     except ImportError as error:

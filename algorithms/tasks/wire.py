@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import base64
 import dataclasses
+import datetime
 import importlib
 import json
 from collections.abc import Mapping
@@ -22,6 +23,14 @@ from pyproj import CRS
 
 #: The package of the library, whatever its name is here.
 ROOT = __name__.rsplit(".", 2)[0]
+#: Dates and times; pandas has classes of its own, which are no others but a date and time.
+_DATES = (datetime.date, datetime.time, type(pd.NaT))
+_READ = {
+    "date": datetime.date.fromisoformat,
+    "time": datetime.time.fromisoformat,
+    "datetime": datetime.datetime.fromisoformat,
+    "Timestamp": pd.Timestamp,
+}
 
 
 def to_text(value: Any) -> str:
@@ -30,8 +39,9 @@ def to_text(value: Any) -> str:
     Parameters
     ----------
     value
-        Nothing, numbers, texts, bytes, lists, tuples, mappings, NumPy arrays, Shapely shapes,
-        coordinate reference systems, layers and tables, and dataclasses of this library of such.
+        Nothing, numbers, texts, dates and times, bytes, lists, tuples, mappings, NumPy arrays,
+        Shapely shapes, coordinate reference systems, layers and tables, and dataclasses of this
+        library of such.
 
     Raises
     ------
@@ -70,6 +80,10 @@ class _Packer:
             return {"tuple": [self.pack(one) for one in value]}
         if isinstance(value, Mapping):
             return {"map": [[self.pack(k), self.pack(v)] for k, v in value.items()]}
+        if isinstance(value, _DATES):
+            # what is no time at all is of the class of none of them
+            kind = "none" if value is pd.NaT else type(value).__name__
+            return {"date": [kind, "" if value is pd.NaT else value.isoformat()]}
         if isinstance(value, bytes):
             return {"bytes": base64.b64encode(value).decode("ascii")}
         if isinstance(value, np.ndarray):
@@ -93,7 +107,7 @@ class _Packer:
 
     def _table(self, value: pd.DataFrame) -> Any:
         columns = [[self.pack(name), self._column(value[name])] for name in value.columns]
-        index = self._column(value.index.to_series())
+        index = [*self._column(value.index.to_series()), self.pack(value.index.name)]
         shape = None
         if isinstance(value, gpd.GeoDataFrame) and value.active_geometry_name is not None:
             shape = [value.active_geometry_name, self.pack(value.crs)]
@@ -143,6 +157,8 @@ class _Unpacker:
             made = tuple(self.unpack(one) for one in inner)
         elif kind == "map":
             made = {self.unpack(k): self.unpack(v) for k, v in inner}
+        elif kind == "date":
+            made = _date(*inner)
         elif kind == "bytes":
             made = base64.b64decode(inner)
         elif kind in ("array", "objects"):
@@ -170,7 +186,7 @@ class _Unpacker:
         return np.frombuffer(base64.b64decode(data), dtype=kind).reshape(shape).copy()
 
     def _table(self, columns: list[Any], index: Any, shape: Any) -> pd.DataFrame:
-        places = pd.Index(self._column(*index))
+        places = pd.Index(self._column(*index[:2]), name=self.unpack(index[2]))
         made = {self.unpack(name): self._column(*column) for name, column in columns}
         if shape is None:
             return pd.DataFrame(made, index=places)
@@ -206,6 +222,11 @@ def dataclass_of(name: str) -> Any:
         msg = f"{name} is no dataclass of this library"
         raise TypeError(msg)
     return found
+
+
+def _date(kind: str, text: str) -> Any:
+    """Return the date or time that a text means."""
+    return pd.NaT if kind == "none" else _READ[kind](text)
 
 
 def _crs_text(crs: CRS) -> str:

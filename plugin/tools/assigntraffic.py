@@ -206,4 +206,4 @@ def _tell(report: Any, wished: float, progress: FeedbackProgress) -> None:
     if report.numbers["unserved"] > 0:
         progress.warn(f"{report.numbers['unserved']:.3g} vehicles per hour find no way.")
     if len(report.problems):
-        progress.warn(f"{len(report.problems)} entries in the layer of problems.")
+        progress.warn(f"The layer of problems has {len(report.problems)}, each with its place.")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any, ClassVar
 
 from qgis.core import (
@@ -15,7 +17,7 @@ from ...algorithms.errors import InputError
 from .. import compat, deps, executors, fields, parameters, presets
 from ..city_fields import CITY_JUNCTIONS, CITY_STREETS, SUB_REGIONS
 from ..help import About
-from ..outputs import Result
+from ..outputs import Result, destination_text, file_of
 from ..progress import FeedbackProgress
 from ..record import to_json
 from ..request import Request
@@ -138,8 +140,8 @@ class DesignCity(Tool):
         )
         file.setHelp(
             "A GeoPackage, made if it is not there. Each sub-region is kept in it as soon as it is "
-            "designed, and what it has already is not designed again. It may be the one that the "
-            "layers are saved in. Optional."
+            "designed, and what it has already is not designed again. Layers may be saved in it, "
+            "too, as tables of a database (Save to GeoPackage). Optional."
         )
         yield file
         yield from _division()
@@ -150,7 +152,24 @@ class DesignCity(Tool):
         """Check numbers, classes and the file before the run."""
         rules_of(request)
         specification_of(request)
-        store_of(request)
+        store = store_of(request)
+        if store is not None:
+            self._spare(request, store.path)
+
+    def _spare(self, request: Request, path: Path) -> None:
+        """Refuse an output that would replace the file of finished sub-regions."""
+        for key in self.layers:
+            destination = destination_text(request, key)
+            file = file_of(destination)
+            # into a database a table is written, beside the others
+            if file is None or destination.startswith("ogr:") or file.resolve() != path.resolve():
+                continue
+            title = self.parameterDefinition(key).description()
+            raise InputError(
+                f"Output '{title}' would replace {path.name}, the file of finished sub-regions.",
+                f"Save it in another file, or as a table of this one: ogr:dbname='{path}' "
+                f'table="{key.lower()}".',
+            )
 
     def compute(self, request: Request, progress: FeedbackProgress) -> Result:
         """Divide, design and collect the layers."""
@@ -190,7 +209,9 @@ class DesignCity(Tool):
             layers={key: found[kind.key] for key, kind in self.layers.items()},
             numbers={key: own["SUB_REGIONS" if key == "REGION_COUNT" else key]
                      for key in self.numbers},
-            specification=to_json({"rules": vars(rules), "streets": specification.to_json()}),
+            specification=to_json(
+                {"rules": vars(rules), "streets": json.loads(specification.to_json())}
+            ),
             keep=True,
         )  # fmt: skip
 

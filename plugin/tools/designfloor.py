@@ -142,7 +142,7 @@ class DesignFloor(Tool):
             if own.links_missing:
                 progress.warn(
                     f"Storey {own.floor.storey}: {own.links_missing} of {own.links} short ways "
-                    "between its parts are missing. More time, or larger parts, may help."
+                    "between its parts are missing."
                 )
         plans = [own.plan for own in made if own.plan is not None]
         objective, bound = sum(p.objective for p in plans), sum(p.bound for p in plans)
@@ -162,7 +162,7 @@ class DesignFloor(Tool):
                     "rules": dataclasses.asdict(rules),
                     "module": request.number("MODULE"),
                     "mesh": request.flag("MESH"),
-                    "shapes": request.word("TEMPLATE_SET"),
+                    "shapes": roominputs.shapes_of(request),
                 }
             ),
             keep=True,

@@ -189,7 +189,7 @@ class DesignGameLevel(Tool):
                     "most_length": request.optional_number("MAX_LENGTH"),
                     "treasures": request.optional_number("TREASURE_ROOMS"),
                     "module": request.number("MODULE"),
-                    "shapes": request.word("TEMPLATE_SET"),
+                    "shapes": roominputs.shapes_of(request),
                     "seed": request.integer("SEED"),
                 }
             ),

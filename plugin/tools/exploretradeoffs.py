@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, ClassVar
@@ -18,6 +19,7 @@ from ..explore_fields import DESIGNS, EXPLORED_PROBLEMS, EXPLORED_STREETS
 from ..help import About
 from ..outputs import Result
 from ..progress import FeedbackProgress
+from ..record import to_json
 from ..request import Request
 from ..tool import Tool
 from . import functions, rules, siteinputs
@@ -137,6 +139,8 @@ class ExploreTradeoffs(Tool):
 
     def check(self, request: Request) -> None:
         """Check every specification, and that pictures can be drawn, before the run."""
+        from ...algorithms.explore.drawing import figures
+
         functions.check(request)
         runs = runs_of(request)
         for key, endings in _ENDINGS.items():
@@ -146,6 +150,8 @@ class ExploreTradeoffs(Tool):
                     f"{self.files[key].title}: {path.name} has another ending.",
                     f"Let its name end in {', '.join(endings)}.",
                 )
+            if path is not None:
+                figures()
         for run in runs:
             if run.specification.sink_mode == "points" and not request.has("SINKS"):
                 raise InputError(
@@ -190,7 +196,7 @@ class ExploreTradeoffs(Tool):
                 "SHORTEST": min(lengths),
                 "NEAREST": min(distances),
             },
-            specification=specification_of(request).to_json(),
+            specification=to_json(_asked(request)),
             keep=True,
             files=_drawn(request, found),
         )
@@ -308,6 +314,21 @@ def runs_of(request: Request) -> list[Any]:
             )
         axes[key] = listed(key, request.field(f"VALUES_{letter}"))
     return list(grid(base, axes))
+
+
+def _asked(request: Request) -> dict[str, Any]:
+    """Return what is asked of all designs, and what differs between them, for the record."""
+    if request.has("SPECIFICATIONS"):
+        varied = {"list_of_runs": Path(request.field("SPECIFICATIONS")).name}
+    else:
+        words = {letter: request.word(f"PARAMETER_{letter}") for letter in "XY"}
+        varied = {
+            word: request.field(f"VALUES_{letter}")
+            for letter, word in words.items()
+            if word != NONE
+        }
+    common = json.loads(specification_of(request).to_json())
+    return {**common, "effort": request.number("EFFORT"), "varied": varied}
 
 
 def _of_run(given: Mapping[str, Any], run: Any) -> dict[str, Any]:

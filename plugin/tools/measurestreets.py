@@ -243,4 +243,4 @@ def _tell(report: Any, asked: dict[str, Any], progress: FeedbackProgress) -> Non
             f"{report.connected} junctions and dead ends."
         )
     if len(report.problems):
-        progress.warn(f"{len(report.problems)} entries in the layer of problems.")
+        progress.warn(f"The layer of problems has {len(report.problems)}, each with its place.")

@@ -269,8 +269,24 @@ def floors_of(request: Request, progress: FeedbackProgress) -> Any:
     if not request.flag("MESH"):
         return floors_of(frame, module=request.number("MODULE"), **given)
     found = floors_of_mesh(frame, **given)
-    check_width(request.number("CORRIDOR_WIDTH"), min(own.mesh.edge_length for own in found))
+    width = request.number("CORRIDOR_WIDTH")
+    check_width(width, min(own.mesh.edge_length for own in found))
+    least = min(float(own.mesh.lengths.min()) for own in found)
+    if width > WIDEST * least:
+        progress.warn(
+            f"The shortest side of a cell is {least:.2f} m: corridors of {width:g} m on both sides "
+            "of such a cell may leave no room, and then there is no plan. Draw larger cells there."
+        )
     return found
+
+
+def shapes_of(request: Request) -> str:
+    """Return whose shapes were used, for the record."""
+    if request.has("TEMPLATES"):
+        return f"layer {request.name('TEMPLATES')}"
+    if request.has("TEMPLATE_FILE"):
+        return f"file {Path(request.field('TEMPLATE_FILE')).name}"
+    return request.word("TEMPLATE_SET")
 
 
 def templates_of(request: Request, progress: FeedbackProgress) -> Any:

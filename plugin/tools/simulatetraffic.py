@@ -32,6 +32,8 @@ _MEANS = {
     "WAITING": "Mean time that {} stand (s)",
     "FINISHED": "Share of {} that arrive (%)",
 }
+#: With fewer trips means are mostly chance.
+FEW = 100
 #: The way of finding routes, in the words of the tool and of the library.
 _ROUTES = {"fastest when empty": "shortest", "by the moment": "rerouting", "learned": "iterated"}
 
@@ -286,6 +288,10 @@ def _tell(found: Any, progress: FeedbackProgress) -> None:
     if len(found.history) > 1:
         times = ", ".join(f"{seconds:.1f}" for seconds in found.history)
         progress.info(f"Mean time of trips each time it was driven (s): {times}.")
+    if counts.drawn < FEW:
+        progress.warn(
+            f"There are only {counts.drawn} trips: chance decides much. More hours tell more."
+        )
     if counts.unserved:
         progress.warn(
             f"{counts.unserved} of {counts.drawn} trips find no way; the layer of problems says "

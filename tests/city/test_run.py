@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import signal
 import subprocess
@@ -26,7 +27,7 @@ from shapely.geometry import LineString, Point
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 import towns  # noqa: E402
-from towns import MARK, X, Y, cross_town  # noqa: E402
+from towns import MARK, X, Y, cross_town, ground, lines, plain  # noqa: E402
 
 #: A little search is enough.
 QUICK = Specification(effort=8.0)
@@ -336,3 +337,55 @@ def test_a_real_town(shared_data):
     new = found["streets"][found["streets"]["sub_region"].notna()]
     wet = shapely.intersection(new.geometry.to_numpy(), water.geometry.union_all())
     assert shapely.length(wet).sum() < 0.01 * new.length.sum()
+
+
+def none_at_all(item, _progress):
+    raise InputError("No place for a street.", "Give another.")
+
+
+def test_a_city_of_which_nothing_could_be_designed_is_no_perfect_city(city):
+    with pytest.raises(InputError, match=r"None of the 4 sub-regions.*No place for a street"):
+        design_city(city, design=none_at_all)
+
+
+def test_new_collectors_count_as_new_streets():
+    city = divide_city(*_wide_town(), rules=CityRules(most_ha=10.0))
+    made = design_city(city, design=plain)
+    collectors = [road.line.length for road in city.roads if road.new]
+    assert collectors
+    frame = city_layers(made)["streets"]
+    told = frame[frame["sub_region"].isna() & (frame["status"] == "new")].length.sum()
+    assert told == pytest.approx(sum(collectors), rel=0.01)
+    assert made.numbers["TOTAL_LENGTH"] == pytest.approx(
+        made.count("done") + sum(collectors)
+    )  # every plain result says 1 m
+
+
+def _wide_town():
+    roads = lines([("primary", [(0, 300), (800, 300)])])
+    return ground(800, 600), roads
+
+
+def test_ends_across_two_carriageways_are_linked_and_not_drawn_over_one():
+    """The carriageways are 14 m apart, and no junction was planned where the ends are."""
+    roads = lines([
+        ("primary", [(0, 300), (800, 300)]),
+        ("primary", [(0, 314), (800, 314)]),
+    ])  # fmt: skip
+    city = divide_city(ground(800, 600), roads, rules=CityRules())
+    north, south = (
+        next(r.number for r in city.to_design if r.polygon.centroid.y * sign > sign * (Y + 307))
+        for sign in (1, -1)
+    )
+    free = dataclasses.replace(city, junctions=())
+    above, below = street((50, 450), (50, 314)), street((50, 150), (50, 300))
+    agreed = settle(free, {north: [above], south: [below]})
+    assert agreed.streets == {north: [above], south: [below]}
+    (meeting,) = (m for m in agreed.meetings if m.state != "not used")
+    assert meeting.state == "crossing"
+    ((link, _),) = agreed.links
+    assert link.length == pytest.approx(14.0)
+    aside = street((60, 150), (60, 300))
+    apart = settle(free, {north: [above], south: [aside]})
+    assert apart.links == ()
+    assert apart.streets == {north: [above], south: [aside]}

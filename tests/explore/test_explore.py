@@ -225,3 +225,25 @@ def test_without_any_design_there_is_no_plot(prepared):
     assert math.isnan(none.table()["length_m"][0])
     with pytest.raises(InputError, match="no design to draw"):
         plot(none)
+
+
+def test_names_with_signs_of_formulas_are_drawn_as_they_are(prepared):
+    """They come from a file of the planner; a formula that is none stopped the picture."""
+    named = runs_of(PAPER, [{"weight_distance": 0, "name": "$^$ for 5 $"}])
+    drawn = picture(explore(prepared, named), "svg")
+    assert drawn.startswith(b"<?xml")
+
+
+@pytest.mark.parametrize(("limit", "hurried"), [(0.3, True), (120.0, False)])
+def test_a_clock_that_strikes_is_told(limit, hurried):
+    """A search that is cut, on whichever level, and one that ends by its work in time."""
+    east, north = 500000.0, 0.0
+    west = LineString([(east, north - 50), (east, north + 550)])
+    field = prepare_sites(
+        gpd.GeoDataFrame(geometry=[shapely.box(east, north, east + 600, north + 500)], crs=32635),
+        roads=gpd.GeoDataFrame(geometry=[west], crs=32635),
+    )
+    spec = Specification(levels=2, edge_length=40.0, effort=15.0, time_limit=limit)
+    (one,) = explore(field, runs_of(spec, [{"weight_distance": 0.5}])).designs
+    assert one.state == "done"
+    assert one.hurried is hurried

@@ -117,3 +117,16 @@ def test_chosen_classes_divide(toolbox):
 )
 def test_what_cannot_be_is_refused_with_a_remedy(toolbox, asked, said):
     assert said in complaint(toolbox, INPUT=town(), ROADS=roads(), **asked)
+
+
+@pytest.mark.parametrize("key", ["STREETS", "PROBLEMS"])
+def test_the_file_of_finished_sub_regions_is_not_replaced_by_layers(toolbox, tmp_path, key):
+    path = tmp_path / "city.gpkg"
+    asked = {"INPUT": town(), "ROADS": roads(), "FINISHED": str(path), **QUICK}
+    text = complaint(toolbox, **asked, **{key: str(path)})
+    assert "would replace city.gpkg" in text
+    assert not path.exists()
+    kept = toolbox.run("designcity", **asked, **{key: f"ogr:dbname='{path}' table=\"own\" (geom)"})
+    assert kept.results["DONE"] == 4
+    stored = QgsVectorLayer(f"{path}|layername=finished_sub_regions", "x", "ogr")
+    assert stored.featureCount() == 4

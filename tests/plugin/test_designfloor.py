@@ -200,3 +200,10 @@ def test_no_plan_has_no_objective_and_says_what_may_help(toolbox):
     for key in ("OBJECTIVE", "BOUND", "GAP"):
         assert made.results.get(key) is None
     assert made.rows("PROBLEMS")
+
+
+def test_problems_of_storeys_say_which_storey(toolbox):
+    asked = {**QUICK, "TEMPLATE_SET": "office", "DEAD_ENDS": "forbid", "BRANCHES": "forbid"}
+    made = toolbox.run("designfloor", INPUT=house(8, 8), STOREYS=2, **asked)
+    texts = [row["problem"] for row in made.rows("PROBLEMS") if row["severity"] == "error"]
+    assert {text.partition(":")[0] for text in texts} == {"Storey 0", "Storey 1"}

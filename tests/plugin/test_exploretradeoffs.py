@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -164,3 +165,20 @@ def test_through_the_program_on_a_real_site(plugin_folder, root, tmp_path):
     assert "ERROR" not in said, said[-2000:]
     assert re.search(r"ACHIEVED:\s+2", said), said[-2000:]
     assert (tmp_path / "plans.png").stat().st_size > 5000
+
+
+def test_exits_may_have_dates(toolbox):
+    exits = layer(
+        [point(150, 0)], kind="Point", name="exits", fields="field=seen:date&field=at:datetime",
+        values=[["2020-02-29", "2020-02-29T12:00:00"]],
+    )  # fmt: skip
+    run = explored(toolbox, SINK_MODE="given points", SINKS=exits)
+    assert {row["state"] for row in run.rows("DESIGNS")} == {"done"}
+
+
+def test_pictures_that_cannot_be_drawn_are_refused_before_the_run(toolbox, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    for asked in ({"PICTURE": str(tmp_path / "plans.png")}, {"PLOT": str(tmp_path / "plot.html")}):
+        with pytest.raises(RefusedError, match="matplotlib"):
+            explored(toolbox, **asked)
+    assert explored(toolbox).results["ACHIEVED"] == 2

@@ -267,3 +267,12 @@ def test_the_group_reaches_processing(toolbox):
     if not hasattr(QgsProcessingContext.LayerDetails, "groupName"):
         return
     assert {details.groupName for details in loaded} == {"Candidate mesh: my site"}
+
+
+def test_names_of_stored_styles_fit_a_geopackage(package):
+    """GDAL warns of longer ones, and others could not be told apart."""
+    styles = package("plugin.styles")
+    for style, others in styles.OTHERS.items():
+        names = [styles.stored_name(style, title) for title in others]
+        assert len(set(names)) == len(names)
+        assert all(len(name) <= styles.LONGEST for name in [style, *names]), names

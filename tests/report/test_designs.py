@@ -130,3 +130,17 @@ def test_the_order_of_layers_is_kept():
     layers = [layer(str(number)) for number in range(5)]
     (made,) = group_layers([replace(own) for own in layers])
     assert made.layers == ("0", "1", "2", "3", "4")
+
+
+def test_names_that_are_made_up_are_no_names_of_the_planner():
+    found = groups(
+        layer("a", run="1"), layer("b", run="2"), layer("c", run="3"), asked={"Design 2": ["a"]}
+    )
+    assert found["Design 2"] == {"a"}
+    assert sorted(map(len, found.values())) == [1, 1, 1]
+    assert len(found) == 3
+
+
+def test_a_city_and_a_street_design_are_two_designs():
+    city, streets = layer("city", "designcity", "1"), layer("streets", run="2")
+    assert len(groups(city, streets)) == 2

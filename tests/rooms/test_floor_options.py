@@ -11,7 +11,8 @@ import networkx as nx
 import numpy as np
 import pytest
 import shapely
-from platwright.errors import InputError
+from platwright.errors import CancelledError, InputError
+from platwright.progress import Silent
 from platwright.rooms.design import design_floors, room_problem
 from platwright.rooms.floors import floors_of
 from platwright.rooms.rules import RoomRules
@@ -93,3 +94,17 @@ def test_parts_leave_out_what_no_room_covers(floor):
 def test_values_out_of_range_are_refused_by_name(wrong):
     with pytest.raises(InputError, match=next(iter(wrong))):
         RoomRules(**wrong)
+
+
+def test_cancel_is_asked_before_the_shapes_of_each_storey(floor):
+    """Shapes of many storeys take their time: nobody waits for all of them."""
+    asked = []
+
+    class Impatient(Silent):
+        def cancelled(self):
+            asked.append(len(asked))
+            return len(asked) > 2
+
+    with pytest.raises(CancelledError):
+        design_floors([floor] * 50, shipped_templates("basic"), QUICK, Impatient())
+    assert len(asked) == 3

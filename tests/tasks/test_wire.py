@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import datetime
 import json
 import math
 import struct
@@ -146,3 +147,32 @@ def test_only_dataclasses_of_the_library_are_made(name):
     text = json.dumps({"object": [name, {}]})
     with pytest.raises(TypeError, match="no dataclass"):
         from_text(text)
+
+
+DATES = (
+    st.dates() | st.times() | st.datetimes()
+    | st.datetimes().map(pd.Timestamp) | st.just(pd.NaT)
+)  # fmt: skip
+
+
+@given(DATES)
+def test_dates_and_times_come_back_as_they_were(value):
+    back = from_text(to_text(value))
+    assert type(back) is type(value)
+    assert back is value if value is pd.NaT else back == value
+
+
+def test_layers_with_dates_and_a_named_index_come_back():
+    frame = gpd.GeoDataFrame(
+        {
+            "built": [datetime.date(1999, 5, 1), None],
+            "seen": pd.to_datetime(["2020-02-29 12:00:01.5", None]),
+        },
+        geometry=[Point(1, 2), Point(3, 4)],
+        index=pd.Index([7, 9], name="fid"),
+        crs=32632,
+    )
+    back = from_text(to_text(frame))
+    assert_geodataframe_equal(back, frame)
+    assert type(back["built"].iloc[0]) is datetime.date
+    assert back.index.name == "fid"
