@@ -220,18 +220,25 @@ def design_city(
             if outcomes[n].state == WAITING:
                 outcomes[n] = first[n]
     cancelled = any(o.state == WAITING for o in outcomes.values())
-    if cancelled and not any(o.state == DONE for o in outcomes.values()):
-        raise CancelledError("Cancelled before any sub-region was finished.")
-    if not any(o.state == DONE for o in outcomes.values()):
-        number = min(tasks)
-        raise InputError(
-            f"None of the {len(tasks)} sub-regions could be designed. Sub-region {number}: "
-            f"{outcomes[number].reason}",
-            "Ask for less, such as a wider tolerance or another kind of neighbourhood.",
-            layer=city.name,
-        )
+    _check_some(city, outcomes, cancelled)
     in_order = {r.number: outcomes[r.number] for r in city.regions}
     return CityPlan(city, in_order, spec, time.monotonic() - begun, cancelled)
+
+
+def _check_some(city: City, outcomes: Mapping[int, Outcome], cancelled: bool) -> None:
+    """Raise an error where nothing was designed: that is no perfect city."""
+    if any(o.state == DONE for o in outcomes.values()):
+        return
+    if cancelled:
+        raise CancelledError("Cancelled before any sub-region was finished.")
+    failed = {number: o.reason for number, o in outcomes.items() if o.state == FAILED}
+    number = min(failed)
+    raise InputError(
+        f"None of the {len(failed)} sub-regions could be designed. Sub-region {number}: "
+        f"{failed[number]}",
+        "Ask for less, such as a wider tolerance or another kind of neighbourhood.",
+        layer=city.name,
+    )
 
 
 def _run(

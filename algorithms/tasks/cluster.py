@@ -87,8 +87,8 @@ def _check_workers(client: Any, address: str) -> None:
     for worker, problem in sorted(said.items()):
         if problem:
             msg = (
-                f"The worker {worker} cannot do the work ({problem}). Install platwright there, "
-                "on the same version of Python."
+                f"The worker {worker} cannot load platwright ({problem}). Install it there, on "
+                "the same version of Python."
             )
             raise ExecutorError(msg)
 
