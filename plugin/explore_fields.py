@@ -50,7 +50,10 @@ EXPLORED_PROBLEMS = LayerKind(
     "problems",
     "Problems",
     "Point",
-    (_DESIGN, *PROBLEMS.fields),
+    (
+        Field("design", "integer", "number of the design, empty where it concerns the site"),
+        *PROBLEMS.fields,
+    ),
     "problems",
     on_request=True,
 )

@@ -51,7 +51,8 @@ def design(item: dict[str, Any], progress: Progress) -> dict[str, Any]:
     Returns
     -------
     dict
-        "layers" as `plan_layers` gives them, and "figures" by the keys of `FIGURES`.
+        "layers" as `plan_layers` gives them, with "violations" as `ValidationReport.problems`,
+        and "figures" by the keys of `FIGURES`.
 
     Raises
     ------
@@ -75,8 +76,9 @@ def design(item: dict[str, Any], progress: Progress) -> dict[str, Any]:
     layers = plan_layers(plan)
     around = site_layers(prepared)
     report = check_design(layers, around, plan, item["given"], Share(progress, 0.95, 1.0))
+    checked = {} if report is None else {"violations": report.problems}
     return {
-        "layers": layers,
+        "layers": {**layers, **checked},
         "by_clock": plan.stopped == "time",
         "figures": _figures(plan, layers, math.nan if report is None else report.violations),
     }

@@ -43,8 +43,9 @@ class Explored:
     figures
         By the keys of `FIGURES`; empty where there is no design.
     layers
-        "streets", "junctions", "blocks" and "problems" as of a street plan; empty where there is
-        no design.
+        "streets", "junctions", "blocks" and "problems" as of a street plan, and "violations" as
+        the independent check finds them (`ValidationReport.problems`), unless it was cancelled;
+        empty where there is no design.
     pareto
         Whether no other design is better in every way.
     hurried
@@ -121,6 +122,7 @@ class Exploration:
                 design=one.run.number, design_name=one.run.name, pareto=one.pareto
             )
             for one in self.done
+            if key in one.layers
         ]
         full = [part for part in parts if len(part)]
         if not full:

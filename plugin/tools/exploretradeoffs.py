@@ -23,7 +23,9 @@ from ..record import to_json
 from ..request import Request
 from ..tool import Tool
 from . import functions, rules, siteinputs
+from .collect import joined
 from .designstreets import specification_of, wishes_of
+from .validatenetwork import describe
 
 #: Layers that name places on top of the site.
 PLACES = ("SINKS", "REQUIRED", "FORBIDDEN", "START", "GIVEN")
@@ -187,7 +189,7 @@ class ExploreTradeoffs(Tool):
             layers={
                 "STREETS": found.layer("streets"),
                 "DESIGNS": _table(found),
-                "PROBLEMS": found.layer("problems"),
+                "PROBLEMS": _problems(found),
             },
             numbers={
                 "REQUESTED": len(runs),
@@ -200,6 +202,16 @@ class ExploreTradeoffs(Tool):
             keep=True,
             files=_drawn(request, found),
         )
+
+
+def _problems(found: Any) -> Any:
+    """Return what is wrong with the site, and with each design."""
+    broken = found.layer("violations")
+    return joined(
+        found.prepared.problems,
+        found.layer("problems"),
+        describe(broken, "Streets") if len(broken) else broken,
+    )
 
 
 def _axis(letter: str, usual: str, values: str) -> Iterator[QgsProcessingParameterDefinition]:

@@ -17,12 +17,19 @@ from server import SHIPPED, Server
 
 
 class Listener:
-    """Takes note of what is said, and cancels after some seconds or at a word."""
+    """Takes note of what is said, and cancels after some seconds, questions, or at a word."""
 
-    def __init__(self, seconds: float | None = None, word: str | None = None) -> None:
+    def __init__(
+        self,
+        seconds: float | None = None,
+        word: str | None = None,
+        questions: float | None = None,
+    ) -> None:
         self.start = time.monotonic()
         self.seconds = seconds
         self.word = word
+        self.questions = questions
+        self.asked = 0
         self.said: list[str] = []
         self.warnings: list[str] = []
         self.stages: list[str] = []
@@ -44,7 +51,9 @@ class Listener:
     def cancelled(self) -> bool:
         heard = self.word is not None and any(self.word in text for text in self.stages)
         late = self.seconds is not None and time.monotonic() - self.start > self.seconds
-        if (heard or late) and self.cancelled_at is None:
+        self.asked += 1
+        enough = self.questions is not None and self.asked > self.questions
+        if (heard or late or enough) and self.cancelled_at is None:
             self.cancelled_at = time.monotonic()
         return self.cancelled_at is not None
 

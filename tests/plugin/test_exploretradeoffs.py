@@ -13,7 +13,19 @@ import pytest
 pytest.importorskip("qgis.core", reason="QGIS is not installed")
 pytestmark = pytest.mark.qgis
 
-from support import Listener, RefusedError, complaints_of, layer, point, roads, site  # noqa: E402
+from qgis.core import QgsGeometry  # noqa: E402
+from support import (  # noqa: E402
+    ROADS,
+    SITE,
+    Listener,
+    RefusedError,
+    box,
+    complaints_of,
+    layer,
+    point,
+    roads,
+    site,
+)
 
 #: Quick designs.
 QUICK = {
@@ -25,7 +37,8 @@ complaint = complaints_of("exploretradeoffs")
 
 def explored(toolbox, **others):
     """Design a small site in two ways, or as said."""
-    return toolbox.run("exploretradeoffs", INPUT=site(), ROADS=roads(), **{**QUICK, **others})
+    asked = {"INPUT": site(), "ROADS": roads(), **QUICK, **others}
+    return toolbox.run("exploretradeoffs", **asked)
 
 
 def shapes(run):
@@ -174,6 +187,18 @@ def test_exits_may_have_dates(toolbox):
     )  # fmt: skip
     run = explored(toolbox, SINK_MODE="given points", SINKS=exits)
     assert {row["state"] for row in run.rows("DESIGNS")} == {"done"}
+
+
+def test_problems_name_each_broken_rule_of_each_design(toolbox):
+    # a tongue too narrow for a street lies further from all streets than the rules allow
+    tongue = QgsGeometry.fromWkt(SITE).combine(QgsGeometry.fromWkt(box(300, 90, 600, 102)))
+    ways = layer([ROADS[0], ROADS[2], ROADS[3]], kind="LineString")
+    run = explored(toolbox, INPUT=layer([tongue]), ROADS=ways)
+    for row in run.rows("DESIGNS"):
+        own = [told for told in run.rows("PROBLEMS") if told["design"] == row["design"]]
+        broken = [told for told in own if told["severity"] == "error"]
+        assert len(broken) == row["violations"] >= 1
+        assert any("further than" in told["problem"] for told in broken)
 
 
 def test_pictures_that_cannot_be_drawn_are_refused_before_the_run(toolbox, tmp_path, monkeypatch):
