@@ -101,8 +101,9 @@ class DesignFloor(Tool):
             "SINKS",
             "Exits",
             "Points: entrances, stairs, lifts. Corridors lead there. A field 'floor' says the "
-            "storey; without a value the exit is on all. Without exits there is one in the middle "
-            "of the longest outer wall.",
+            "storey; without a value the exit is on all. A storey without exits has one in the "
+            "middle of its longest outer wall; an upper one at the largest shaft that all storeys "
+            "share.",
             "point",
             optional=True,
         )

@@ -89,7 +89,11 @@ def test_numbers_are_those_of_the_layers(made):
 
 def test_the_shaft_is_at_the_same_place_on_each_storey(made):
     one, other = (of(made.rows("SHAFTS"), storey) for storey in (0, 1))
-    assert [row["geometry"].asWkt(3) for row in one] == [row["geometry"].asWkt(3) for row in other]
+    assert len(one) == len(other)
+    for mine, its in zip(one, other):
+        # corners may be counted from another one, and have more between them
+        assert mine["geometry"].symDifference(its["geometry"]).area() < 1e-3
+        assert mine["geometry"].area() == pytest.approx(its["geometry"].area())
 
 
 def test_forbidden_dead_ends_are_none(toolbox):

@@ -48,6 +48,19 @@ def test_plain_rectangle_gets_an_exit_in_its_longest_side():
     assert shapely.length(shapely.linestrings(walls)).sum() == pytest.approx(PLAN.length)
 
 
+def test_upper_storeys_without_exits_use_the_largest_shaft_that_all_share():
+    shafts = layer(rect(28, 8, 36, 12), rect(0, 0, 4, 4), rect(0, 8, 20, 20), floor=[None, None, 2])
+    floors = floors_of(layer(PLAN), obstacles=shafts, storeys=3)
+    assert {y for _, y in places(floors[0], floors[0].sinks)} <= {0.0, 20.0}
+    lift = {(x, y) for x in (28.0, 32.0, 36.0) for y in (8.0, 12.0)}
+    for upper in floors[1:]:
+        assert places(upper, upper.sinks) == lift
+        assert any("largest shaft" in own.action for own in upper.remarks)
+    # without shafts there is only the wall
+    for plain in floors_of(layer(PLAN), storeys=2):
+        assert {y for _, y in places(plain, plain.sinks)} <= {0.0, 20.0}
+
+
 def test_storeys_share_one_mesh_and_differ_in_what_stands_on_them():
     lifts = layer(rect(28, 8, 36, 12), rect(0, 0, 12, 8), floor=[None, 2])
     exits = layer(at(32, 10), at(0.5, 9), floor=[np.nan, 0])

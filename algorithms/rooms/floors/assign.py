@@ -156,8 +156,46 @@ def sink_vertices(
     return sinks
 
 
-def usual_sink(mesh: QuadMesh, polygon: Polygon, free: BoolArray) -> tuple[int, Remark]:
-    """Choose an exit where none is given: in the middle of the longest outer side."""
+def usual_sinks(
+    mesh: QuadMesh,
+    faces: Any,
+    free: BoolArray,
+    polygon: Polygon,
+    shafts: Sequence[PolygonPart],
+) -> tuple[BoolArray, Remark]:
+    """Choose exits where none is given.
+
+    Parameters
+    ----------
+    mesh, faces, free, polygon
+        The mesh, its faces as polygons, the faces that are free, the outline.
+    shafts
+        Obstacles in which stairs or a lift may be; none for the storey that one enters.
+
+    Returns
+    -------
+    array of bool, shape (n,)
+        The corners of the largest shaft; without shafts the middle of the longest outer side.
+    Remark
+        Which it was.
+    """
+    for shaft in sorted(shafts, key=lambda own: -own.shape.area):
+        taken = ~free & (shapely.area(shapely.intersection(faces, shaft.shape)) > 0)
+        corners = np.intersect1d(mesh.faces[taken], mesh.faces[free])
+        if len(corners):
+            sinks = np.zeros(len(mesh.vertices), dtype=np.bool_)
+            sinks[corners] = True
+            return sinks, Remark(
+                "No exit is given for an upper storey.",
+                "The largest shaft of all storeys is taken for the stairs. Draw exits to place "
+                "them.",
+                "info",
+                shaft.shape.representative_point(),
+            )
+    return _in_longest_side(mesh, free, polygon)
+
+
+def _in_longest_side(mesh: QuadMesh, free: BoolArray, polygon: Polygon) -> tuple[BoolArray, Remark]:
     outline = np.asarray(shapely.simplify(polygon.exterior, 0.1 * mesh.edge_length).coords)
     length = np.hypot(*np.diff(outline, axis=0).T)
     side = int(np.argmax(np.round(length, 3)))
@@ -172,12 +210,13 @@ def usual_sink(mesh: QuadMesh, polygon: Polygon, free: BoolArray) -> tuple[int, 
         order = order[allowed[order]]
         if len(order):
             break
-    vertex = int(order[0])
-    return vertex, Remark(
+    sinks = np.zeros_like(usable)
+    sinks[order[0]] = True
+    return sinks, Remark(
         "No exit is given for this floor.",
         "One was put in the middle of its longest outer side. Draw exits to place them.",
         "info",
-        shapely.Point(mesh.vertices[vertex]),
+        shapely.Point(mesh.vertices[order[0]]),
     )
 
 

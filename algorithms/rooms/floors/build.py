@@ -16,7 +16,7 @@ from ...mesh.layers import mesh_from_faces
 from ...mesh.quadmesh import QuadMesh
 from ...progress import Progress, Share, Silent
 from ...site.watch import ask
-from .assign import CLOSE, corridor_edges, open_faces, pieces, sink_vertices, usual_sink
+from .assign import CLOSE, corridor_edges, open_faces, pieces, sink_vertices, usual_sinks
 from .fit import face_polygons, tiles
 from .read import (
     LinePart,
@@ -81,7 +81,8 @@ def floors_of(
     module
         Side that squares should have, metres; half the usual depth of a room.
     sinks
-        Points: entrances, stairs, lifts. None for one in the middle of the longest outer side.
+        Points: entrances, stairs, lifts. A storey without any has one in the middle of its longest
+        outer side, or, above or below the ground, at the largest shaft that all storeys share.
     obstacles
         Polygons that no room covers: shafts, columns, roof gardens.
     corridors
@@ -311,6 +312,7 @@ def _floors(
 ) -> list[Floor]:
     """Make the floors of all footprints; remarks on layers go to the first one."""
     made: list[Floor] = []
+    entered = 0 if 0 in storeys else min(storeys)
     for ground in grounds:
         faces = face_polygons(ground.mesh)
         shared = list(ground.remarks)
@@ -333,8 +335,8 @@ def _floors(
             free = open_faces(ground.mesh, faces, obstacles, names.obstacles, own)
             sinks = sink_vertices(ground.mesh, faces, free, exits, obstacles, names.sinks)
             if not sinks.any():
-                vertex, remark = usual_sink(ground.mesh, ground.polygon, free)
-                sinks[vertex] = True
+                shafts = [o for o in obstacles if o.storey is None and storey != entered]
+                sinks, remark = usual_sinks(ground.mesh, faces, free, ground.polygon, shafts)
                 own.append(remark)
             made.append(
                 Floor(
