@@ -162,7 +162,7 @@ class SimulateTraffic(Tool):
             crs=traffic.crs,
             layers={"STREETS": streets, "PROBLEMS": problems},
             numbers=_numbers(found),
-            specification=to_json({**traffic.asked, **asked}),
+            specification=to_json({**traffic.asked, **asked, "routes": request.word("ROUTES")}),
         )
 
 

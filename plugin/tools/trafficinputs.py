@@ -271,13 +271,13 @@ def read(request: Request, progress: FeedbackProgress) -> Given:
         request.name("INPUT"),
         progress.part(0.6, 1.0),
     )
+    numbers = (
+        "DENSITY", "THROUGH", *_SHARES, "GATE_REACH", "PART_LENGTH",
+        *(f"{kind}_{end}" for kind in ("SPEED", "CAPACITY") for end in _LEVELS),
+    )  # fmt: skip
+    # by the keys of the inputs, so that a report calls them by their titles
     asked = {
-        "density": demand.density,
-        "through": demand.through,
-        "shares": dict(demand.shares),
-        "gate_choice": request.word("GATE_CHOICE"),
-        "speeds": request.word("SPEEDS"),
-        "speeds_kmh": {str(level): speed for level, speed in rules.speeds.items()},
-        "part_m": demand.part_m,
+        **{key.lower(): request.number(key) for key in numbers},
+        **{key.lower(): request.word(key) for key in ("GATE_CHOICE", "SPEEDS")},
     }
     return Given(traffic, options, asked, request.crs("INPUT"))

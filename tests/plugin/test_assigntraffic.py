@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 
 pytest.importorskip("qgis.core", reason="QGIS is not installed")
@@ -132,3 +134,13 @@ def test_bad_input_is_refused_in_words(toolbox):
         assign(toolbox, GATES=gates(), FLOWS=flows)
     with pytest.raises((RefusedError, FailedError), match="All shares of trips are 0"):
         assign(toolbox, SHARE_OUT=0, SHARE_IN=0, SHARE_WITHIN=0)
+
+
+def test_the_record_calls_what_was_asked_by_the_keys_of_the_inputs(toolbox, package, tmp_path):
+    tool = toolbox.tool("assigntraffic")
+    known = {one.name().lower() for one in tool.parameterDefinitions()}
+    run = assign(toolbox, DENSITY=90, SPEED_LOCAL=20, STREETS=str(tmp_path / "loaded.gpkg"))
+    record = package("plugin.record").read_record(run.layers["STREETS"])
+    asked = json.loads(record["specification"])
+    assert set(asked) <= known
+    assert (asked["density"], asked["speed_local"]) == (90, 20)

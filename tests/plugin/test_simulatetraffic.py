@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 import types
 
@@ -142,6 +143,13 @@ def test_what_was_asked_is_recorded(toolbox, given, package):
     run = toolbox.run("simulatetraffic", INPUT=streets(), HOURS=0.25, SEED=5)
     assert run.results["TRIPS"] == pytest.approx(25.0)
     assert len(run.rows("STREETS")) == 4
+    record = package("plugin.record").read_record(run.layers["STREETS"])
+    asked = json.loads(record["specification"])
+    assert asked["density"] == 250.0
+    assert (asked["hours"], asked["seed"], asked["routes"]) == (0.25, 5, "learned")
+    tool = toolbox.tool("simulatetraffic")
+    known = {one.name().lower() for one in tool.parameterDefinitions()}
+    assert set(asked) <= known
 
 
 def test_where_sumo_is_missing_it_says_before_the_run_what_to_do(toolbox, monkeypatch, tmp_path):
