@@ -71,6 +71,7 @@ from _help_drawing import (
     streets,
 )
 from _help_growth import growstreets
+from _help_report import designreport
 from _help_rooms import designfloor, designgamelevel
 from _help_streets import assigntraffic, exploretradeoffs, measurestreets, simulatetraffic
 
@@ -339,6 +340,7 @@ PICTURES: dict[str, Callable[[Axes, Axes], tuple[str, str]]] = {
     "measurestreets": measurestreets,
     "assigntraffic": assigntraffic,
     "simulatetraffic": simulatetraffic,
+    "designreport": designreport,
 }
 
 

@@ -70,6 +70,7 @@ class DesignReport(Tool):
             "style that they have in QGIS, those of files in the style that lies with them.",
             "Figures of a target are named by their keys, which stand beside them in the page.",
         ),
+        picture="Streets and blocks of a design; the page about them.",
     )  # fmt: skip
     layers: ClassVar = {}
     files: ClassVar = {
