@@ -7,6 +7,7 @@ import time
 import numpy as np
 import pytest
 import shapely
+from clock import allowed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from platwright.buildings.paths import ExitCheck
@@ -92,7 +93,7 @@ def test_the_check_is_quick():
         check.reached(placed)
         took.append(time.perf_counter() - begun)
     # 2 ms on an idle machine.
-    assert min(took) < 0.015
+    assert min(took) < allowed(0.015)
 
 
 @settings(max_examples=25, deadline=None)

@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 import pytest
+from clock import allowed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from platwright.buildings.paths.plan import plan_paths
@@ -178,7 +179,7 @@ def test_a_hundred_buildings_soon(large):
     placed = place_staged(ground, TYPES, rules, lines, listener)
     assert time.process_time() - begun < 8.0
     assert len(placed) > 60
-    assert listener.longest < 1.0
+    assert listener.longest < allowed(1.0)
     assert fits(ground, TYPES, rules, placed) == []
     plan = plan_paths(ground, TYPES, rules, lines, placed)
     assert plan.reached.mean() > 0.95
@@ -205,7 +206,7 @@ def test_time_is_kept():
     lines = rows(ground, TYPES, rules, pitch=20.0)
     begun = time.monotonic()
     placed = place_staged(ground, TYPES, rules, lines)
-    assert time.monotonic() - begun < 2.5
+    assert time.monotonic() - begun < allowed(2.5)
     assert len(placed) > 0
     assert fits(ground, TYPES, rules, placed) == []
 

@@ -8,6 +8,7 @@ import time
 
 import numpy as np
 import pytest
+from clock import allowed
 from platwright.errors import CancelledError, InfeasibleError, InputError
 from platwright.mesh.grids import grid
 from platwright.network.checks.validation import check_design
@@ -106,7 +107,7 @@ def test_cancel_keeps_the_best_or_says_that_there_is_none():
     began = time.monotonic()
     design = anneal(asked, time_limit=60, progress=Hasty())
     assert design.stopped == "cancelled"
-    assert time.monotonic() - began < 20
+    assert time.monotonic() - began < allowed(20)
     with pytest.raises(CancelledError):
         anneal(asked, time_limit=60, progress=Hasty(0.0))
 
@@ -115,7 +116,7 @@ def test_time_is_kept_and_nothing_found_is_told():
     began = time.monotonic()
     with pytest.raises(InfeasibleError, match="found no valid network in"):
         anneal(problem(size=20), time_limit=0.05)
-    assert time.monotonic() - began < 5
+    assert time.monotonic() - began < allowed(5)
 
 
 def test_requirements_of_the_whole_are_refused():

@@ -8,6 +8,7 @@ import time
 
 import numpy as np
 import pytest
+from clock import allowed
 from platwright.mesh.grids import fan, grid
 from platwright.network.checks.validation import check_design
 from platwright.network.cp.sat import CpOptions
@@ -236,7 +237,7 @@ def test_cancelling_takes_less_than_a_second_and_keeps_the_design(after):
     progress = Impatient(after)
     design = solve(problem, time_limit=60.0, progress=progress)
     # generous, for busy machines: half a second is usual
-    assert time.monotonic() - progress.end < 2.0
+    assert time.monotonic() - progress.end < allowed(2.0)
     assert design.stopped == "cancelled"
     assert valid(problem, design.active)
 

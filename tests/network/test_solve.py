@@ -9,6 +9,7 @@ import warnings
 
 import numpy as np
 import pytest
+from clock import allowed
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from platwright.errors import CancelledError, InfeasibleError, InputError, MissingDependencyError
@@ -26,9 +27,6 @@ from platwright.network.search import cp_strategy, mip_strategy
 from platwright.network.solve import solve
 from platwright.network.structure import structure
 from platwright.progress import Deadline, Silent
-
-#: A cancel is answered within a second; a machine that does other things may double that.
-PROMPT = 2.0
 
 
 class Recorder(Silent):
@@ -129,7 +127,7 @@ def test_cancelling_takes_less_than_a_second_and_keeps_the_design(rules, solver)
     progress = Recorder(cancel_after=1.0, design_first=True)
     design = solve(problem, time_limit=60.0, solver=solver, progress=progress)
     late = time.monotonic() - progress.asked_at
-    assert late < PROMPT
+    assert late < allowed(1.0)
     assert design.stopped == "cancelled"
     check(problem, design)
     assert progress.states
@@ -147,7 +145,7 @@ def test_cancelling_does_not_wait_for_other_solvers():
     except CancelledError:
         # a busy machine may have no design yet
         design = None
-    assert time.monotonic() - progress.end < PROMPT
+    assert time.monotonic() - progress.end < allowed(1.0)
     if design is not None:
         assert design.stopped == "cancelled"
         check(problem, design)
@@ -165,7 +163,7 @@ def test_cancelling_a_large_problem_takes_less_than_a_second(distance, solver, a
     except CancelledError:
         # a busy machine may have no design yet
         stopped = "cancelled"
-    assert time.monotonic() - progress.end < PROMPT
+    assert time.monotonic() - progress.end < allowed(1.0)
     assert stopped == "cancelled"
 
 

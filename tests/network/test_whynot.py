@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 import pytest
+from clock import allowed
 from platwright.errors import InfeasibleError
 from platwright.mesh.grids import fan, grid
 from platwright.network.checks.validation import design_cost
@@ -259,7 +260,7 @@ def test_required_streets_that_are_too_close_are_named():
     start = time.monotonic()
     with pytest.raises(InfeasibleError) as caught:
         solve(problem, time_limit=30)
-    assert time.monotonic() - start < 12.0  # five, on a machine that does nothing else
+    assert time.monotonic() - start < allowed(6.0)
     found = caught.value.diagnosis
     (reason,) = found.reasons
     assert set(reason.edges) == pair
@@ -290,7 +291,7 @@ def test_a_vertex_behind_obstacles_is_named_at_the_size_of_the_paper():
     problem.candidate[touching.any(axis=1) & ~touching.all(axis=1)] = False
     start = time.monotonic()
     found = diagnose(problem)
-    assert time.monotonic() - start < 12.0
+    assert time.monotonic() - start < allowed(6.0)
     lost = [r for r in found.reasons if r.kind == "uncoverable"]
     assert [r.vertices for r in lost] == [(centre,)]
     assert "obstacles cut it off" in lost[0].text
@@ -314,7 +315,7 @@ def test_a_diagnosis_can_be_cancelled():
     for after in (0.0, 0.5):
         start = time.monotonic()
         found = diagnose(problem, seconds=60.0, progress=Cancelled(after))
-        assert time.monotonic() - start < after + 3.0
+        assert time.monotonic() - start < allowed(after + 3.0)
         assert not found.complete
 
 

@@ -9,6 +9,7 @@ import time
 import numpy as np
 import pytest
 import shapely
+from clock import allowed
 from platwright.errors import InputError
 from platwright.measure.parcel_shape import corner_deviation, rectangle_ratio
 from platwright.parcels.refine import block_scores, refine_blocks
@@ -261,7 +262,7 @@ def test_a_cancel_returns_the_best_so_far_within_a_second(questions):
     blocks, plots = many(100)
     told = Told(questions)
     found = refine_blocks(blocks, plots, RULES, told)
-    assert time.perf_counter() - told.since < 1.0
+    assert time.perf_counter() - told.since < allowed(1.0)
     assert [len(group) for group in found] == [20] * 100
     for group in found[::7]:
         assert shapely.coverage_is_valid(polygons(group))

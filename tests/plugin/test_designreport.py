@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
+from clock import allowed
 
 pytest.importorskip("qgis.core", reason="QGIS is not installed")
 pytestmark = pytest.mark.qgis
@@ -410,7 +411,7 @@ def test_cancel_stops_within_a_second_and_leaves_no_page(toolbox, tmp_path, seco
     made = toolbox.run(
         "designreport", listener=listener, LAYERS=[many], OUTPUT=str(path), PICTURE_WIDTH=6000
     )
-    assert time.monotonic() - listener.at < 3.0  # a second on a quiet machine
+    assert time.monotonic() - listener.at < allowed(3.0)  # a second on a quiet machine
     assert made.results == {}
     assert not path.exists()
     assert any("Cancelled" in text for text in listener.warnings)

@@ -6,6 +6,7 @@ import sysconfig
 import time
 
 import pytest
+from clock import allowed
 
 pytest.importorskip("qgis.core", reason="QGIS is not installed")
 pytestmark = pytest.mark.qgis
@@ -204,7 +205,7 @@ def test_a_cancelled_run_stops_soon(toolbox, stage):
     pressed = []
     watch.canceled.connect(lambda: pressed.append(time.monotonic()))
     run = toolbox.run("optimiselayout", INPUT_STREETS=streets(), SITE=ground(), listener=watch)
-    assert time.monotonic() - pressed[0] < 1.5
+    assert time.monotonic() - pressed[0] < allowed(1.5)
     if run.layers:
         assert run.results["P_ANGLE_AFTER"] <= run.results["P_ANGLE_BEFORE"] + 0.5
 

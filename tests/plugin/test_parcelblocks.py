@@ -7,6 +7,7 @@ import sysconfig
 import time
 
 import pytest
+from clock import allowed
 
 pytest.importorskip("qgis.core", reason="QGIS is not installed")
 pytestmark = pytest.mark.qgis
@@ -264,7 +265,7 @@ def test_a_cancelled_run_writes_nothing_and_stops_soon(toolbox, stage):
     pressed = []
     watch.canceled.connect(lambda: pressed.append(time.monotonic()))
     run = toolbox.run("parcelblocks", INPUT=many, listener=watch)
-    assert time.monotonic() - pressed[0] < 1.5
+    assert time.monotonic() - pressed[0] < allowed(1.5)
     assert run.layers == {}
     assert any("Cancelled before" in text for text in watch.warnings)
 

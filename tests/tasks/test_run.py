@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from clock import allowed
 from platwright.errors import MissingDependencyError, PlatwrightError
 from platwright.progress import Silent
 from platwright.tasks import Cluster, ExecutorError, Processes, Serial, run_tasks
@@ -125,7 +126,7 @@ def test_cancel_keeps_what_is_done_and_comes_within_a_second():
     listener = Listener(2.0)
     began = time.monotonic()
     found = run_tasks(work.stubborn, [0.0, 60.0, 0.0, 60.0, 0.0], processes(), listener)
-    assert time.monotonic() - began < 3.0
+    assert time.monotonic() - began < allowed(3.0)
     assert [one.state for one in found] == ["done", "cancelled", "done", "cancelled", "cancelled"]
     assert found[0].value == 0.0
 
@@ -133,7 +134,7 @@ def test_cancel_keeps_what_is_done_and_comes_within_a_second():
 def test_cancel_of_serial_work_comes_within_a_second():
     began = time.monotonic()
     found = run_tasks(work.slow, [0.0, 60.0, 60.0], Serial(), Listener(0.5))
-    assert time.monotonic() - began < 1.5
+    assert time.monotonic() - began < allowed(1.5)
     # the piece under way says itself what it keeps
     assert [one.state for one in found] == ["done", "done", "cancelled"]
 
@@ -214,5 +215,5 @@ def test_a_dask_cluster_gives_the_same_and_survives_a_killed_worker(cluster, tmp
     assert [one.value for one in lost] == [0, 10, 20, 30]
     began = time.monotonic()
     late = run_tasks(work.stubborn, [0.0, 5.0, 5.0, 5.0], way, Listener(1.0))
-    assert time.monotonic() - began < 3.0
+    assert time.monotonic() - began < allowed(3.0)
     assert [one.state for one in late] == ["done", "cancelled", "cancelled", "cancelled"]
