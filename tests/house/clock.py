@@ -12,6 +12,7 @@ def allowed(seconds: float) -> float:
     integration with QGIS and with each other, and a thread then waits for its turn.
     """
     if not hasattr(os, "getloadavg"):  # on Windows
-        return 3.0 * seconds
+        return 2.0 * seconds
     load = os.getloadavg()[0] / (os.cpu_count() or 1)
-    return seconds * max(1.5, 2.0 * load)
+    # just what is said where nothing else runs, and never so long that it tests nothing
+    return seconds * min(max(1.0, 2.0 * load), 4.0)

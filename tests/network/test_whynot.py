@@ -260,7 +260,7 @@ def test_required_streets_that_are_too_close_are_named():
     start = time.monotonic()
     with pytest.raises(InfeasibleError) as caught:
         solve(problem, time_limit=30)
-    assert time.monotonic() - start < allowed(6.0)
+    assert time.monotonic() - start < allowed(12.0)
     found = caught.value.diagnosis
     (reason,) = found.reasons
     assert set(reason.edges) == pair
@@ -291,7 +291,7 @@ def test_a_vertex_behind_obstacles_is_named_at_the_size_of_the_paper():
     problem.candidate[touching.any(axis=1) & ~touching.all(axis=1)] = False
     start = time.monotonic()
     found = diagnose(problem)
-    assert time.monotonic() - start < allowed(6.0)
+    assert time.monotonic() - start < allowed(12.0)
     lost = [r for r in found.reasons if r.kind == "uncoverable"]
     assert [r.vertices for r in lost] == [(centre,)]
     assert "obstacles cut it off" in lost[0].text
